@@ -1,0 +1,247 @@
+"""One level of a chain's control: from wanted states of a child to wanted states of its parent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ichain_drake.learning.models import InverseModel
+from ichain_drake.state import FloatArray, StateSpace
+
+
+class TickModel(Protocol):
+    """A model of one tick that can be differentiated: a learned `ForwardModel`, or the truth for an oracle."""
+
+    def predict(self, child: FloatArray, parent: FloatArray, parent_next: FloatArray) -> FloatArray:
+        """Next states, shape (n, n_child)."""
+
+    def linearize(
+        self, child: FloatArray, parent: FloatArray, parent_next: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Next states and their derivatives by child, parent and parent_next."""
+
+
+class Level(Protocol):
+    """Turns wanted states of a child into wanted states of its parent.
+
+    Attributes:
+        memory_size: length of what it keeps from one tick to the next.
+        lookahead: how many ticks of wanted states it reads.
+    """
+
+    memory_size: int
+    lookahead: int
+
+    def decide(
+        self, child: FloatArray, parent: FloatArray, wanted: FloatArray, memory: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """One decision.
+
+        Args:
+            child, parent: measured states now, shape (n, n_child) and (n, n_parent).
+            wanted: wanted values of the child's target variables in the coming ticks, shape (n, k, n_targets).
+            memory: shape (n, memory_size); zeros at the start.
+
+        Returns:
+            Wanted states of the parent in the coming ticks, shape (n, k', n_parent), and the new memory.
+        """
+
+
+def plan_step(space: StateSpace, current: FloatArray, wanted: FloatArray, limit: FloatArray, ticks: int) -> FloatArray:
+    """The waypoint that lies `ticks` along a straight path to a wanted state (paper, Algorithm 1: path planning).
+
+    A wanted state within reach is its own waypoint; one further off is approached over several ticks.
+
+    Args:
+        space: of the variables concerned; angles go the short way round.
+        current: shape (n, n_variables).
+        wanted: shape (n, n_variables).
+        limit: largest change of each variable in one tick, shape (n_variables,).
+        ticks: how far along.
+
+    Returns:
+        shape (n, n_variables).
+    """
+    delta = space.difference(wanted, current)
+    needed = np.max(np.abs(delta) / limit, axis=-1, keepdims=True)
+    return current + delta * np.minimum(1.0, ticks / np.maximum(needed, 1e-12))
+
+
+@dataclass(frozen=True)
+class InverseLevel:
+    """The paper's way (sec. III, IV): ask the learned inverse transition for the parent's state.
+
+    Attributes:
+        inverse: the inverse model.
+        limit: largest change of each target variable in one tick that the demonstrations show, shape (n_targets,).
+    """
+
+    inverse: InverseModel
+    limit: FloatArray
+    memory_size: int = 0
+
+    @property
+    def lookahead(self) -> int:
+        """Ticks of wanted states that are read."""
+        return self.inverse.aim
+
+    def decide(
+        self, child: FloatArray, parent: FloatArray, wanted: FloatArray, memory: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """See `Level.decide`."""
+        aim = self.inverse.aim
+        targets = list(self.inverse.targets)
+        space = self.inverse.child_space.subspace([self.inverse.child_space.names[i] for i in targets])
+        goal = wanted[:, min(aim, wanted.shape[1]) - 1]
+        waypoint = plan_step(space, child[:, targets], goal, self.limit, aim)
+        return self.inverse(child, waypoint)[:, None], memory
+
+
+@dataclass(frozen=True)
+class PredictiveWeights:
+    """What a predictive level weighs.
+
+    Attributes:
+        horizon: ticks that are planned.
+        effort: weight of a change of the parent's state by its usual spread in one tick, against an error of one
+            usual step of the target.
+        along: weight of an error along the wanted motion, against one across it: being late is better than
+            cutting a corner.
+        iterations: Gauss-Newton steps of one decision.
+    """
+
+    horizon: int = 5
+    effort: float = 0.05
+    along: float = 0.2
+    iterations: int = 3
+
+
+@dataclass(frozen=True)
+class PredictiveLevel:
+    """Model predictive control: the parent's states of the next ticks that bring the child nearest to the wanted ones.
+
+    Gauss-Newton over the parent's states, box-constrained by projection, warm-started from the last decision; the best
+    iterate wins, so that a bad step can't do harm.
+
+    Attributes:
+        model: one-tick model of the child.
+        child_space: the model's state space.
+        targets: indices of the child's target variables.
+        target_scale: usual change of each target variable in one tick, shape (n_targets,).
+        lower, upper: range of the parent's states, shape (n_parent,).
+        parent_scale: usual spread of the parent's states, shape (n_parent,).
+        weights: see `PredictiveWeights`.
+    """
+
+    model: TickModel
+    child_space: StateSpace
+    targets: tuple[int, ...]
+    target_scale: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    parent_scale: FloatArray
+    weights: PredictiveWeights = PredictiveWeights()
+
+    @property
+    def memory_size(self) -> int:
+        """One flag and the parent's planned states."""
+        return 1 + self.weights.horizon * len(self.lower)
+
+    @property
+    def lookahead(self) -> int:
+        """Ticks of wanted states that are read."""
+        return self.weights.horizon
+
+    def decide(
+        self, child: FloatArray, parent: FloatArray, wanted: FloatArray, memory: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """See `Level.decide`."""
+        n, m, horizon = len(child), len(self.lower), self.weights.horizon
+        wanted = _extend(wanted, horizon)
+        last = memory[:, 1:].reshape(n, horizon, m)
+        shifted = np.concatenate([last[:, 1:], last[:, -1:]], axis=1)
+        plan = np.where(memory[:, :1, None] > 0, shifted, parent[:, None])
+        plan = np.clip(plan, self.lower, self.upper)
+        metric = self._error_metric(child, wanted)
+        best, best_cost = plan, np.full(n, np.inf)
+        for iteration in range(self.weights.iterations + 1):
+            final = iteration == self.weights.iterations
+            residual, jacobian = self._residual(child, parent, plan, wanted, metric, with_jacobian=not final)
+            cost = np.einsum("nr,nr->n", residual, residual)
+            better = cost < best_cost
+            best = np.where(better[:, None, None], plan, best)
+            best_cost = np.where(better, cost, best_cost)
+            if final or jacobian is None:
+                break
+            plan = self._improve(plan, residual, jacobian)
+        return best, np.concatenate([np.ones((n, 1)), best.reshape(n, -1)], axis=1)
+
+    def _error_metric(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
+        """Weight matrices of the scaled error in each tick, (n, k, t, t): full across the motion, less along it."""
+        start = child[:, None, list(self.targets)]
+        path = np.concatenate([start, wanted], axis=1)
+        motion = np.diff(path, axis=1)
+        motion[:, 0] = motion[:, min(1, motion.shape[1] - 1)]  # from the reference, not from where the child is
+        motion = motion / self.target_scale
+        length = np.linalg.norm(motion, axis=-1, keepdims=True)
+        tangent = np.where(length > 1e-9, motion / np.maximum(length, 1e-9), 0.0)  # noqa: PLR2004
+        outer = tangent[..., :, None] * tangent[..., None, :]
+        return np.eye(len(self.targets)) - (1.0 - self.weights.along) * outer
+
+    def _residual(
+        self,
+        child: FloatArray,
+        parent: FloatArray,
+        plan: FloatArray,
+        wanted: FloatArray,
+        metric: FloatArray,
+        *,
+        with_jacobian: bool,
+    ) -> tuple[FloatArray, FloatArray | None]:
+        n, horizon, m = plan.shape
+        targets = list(self.targets)
+        space = self.child_space.subspace([self.child_space.names[i] for i in targets])
+        state, previous = child, parent
+        sensitivity = np.zeros((n, child.shape[1], horizon * m))
+        errors, slopes = [], []
+        for k in range(horizon):
+            if with_jacobian:
+                after, by_child, by_parent, by_next = self.model.linearize(state, previous, plan[:, k])
+                sensitivity = by_child @ sensitivity
+                sensitivity[..., k * m : (k + 1) * m] += by_next
+                if k:
+                    sensitivity[..., (k - 1) * m : k * m] += by_parent
+                slope = sensitivity[:, targets] / self.target_scale[:, None]
+                slopes.append(metric[:, k] @ slope)
+            else:
+                after = self.model.predict(state, previous, plan[:, k])
+            error = space.difference(after[:, targets], wanted[:, k]) / self.target_scale
+            errors.append(np.einsum("nij,nj->ni", metric[:, k], error))
+            state, previous = after, plan[:, k]
+        effort = self.weights.effort / self.parent_scale
+        moves = np.diff(np.concatenate([parent[:, None], plan], axis=1), axis=1) * effort
+        residual = np.concatenate([*errors, moves.reshape(n, -1)], axis=1)
+        if not with_jacobian:
+            return residual, None
+        difference = np.kron(np.eye(horizon) - np.eye(horizon, k=-1), np.diag(effort))
+        by_moves = np.broadcast_to(difference, (n, *difference.shape))
+        return residual, np.concatenate([*slopes, by_moves], axis=1)
+
+    def _improve(self, plan: FloatArray, residual: FloatArray, jacobian: FloatArray) -> FloatArray:
+        n, horizon, m = plan.shape
+        transposed = np.swapaxes(jacobian, 1, 2)
+        damping = 1e-6 * np.eye(horizon * m) / np.tile(self.parent_scale, horizon) ** 2
+        step = -np.linalg.solve(transposed @ jacobian + damping, transposed @ residual[..., None])[..., 0]
+        reach = np.tile(0.35 * (self.upper - self.lower), horizon)
+        moved = plan.reshape(n, -1) + np.clip(step, -reach, reach)
+        return np.clip(moved.reshape(plan.shape), self.lower, self.upper)
+
+
+def _extend(wanted: FloatArray, ticks: int) -> FloatArray:
+    """Repeat the last wanted state until there are enough ticks."""
+    missing = ticks - wanted.shape[1]
+    if missing <= 0:
+        return wanted[:, :ticks]
+    return np.concatenate([wanted, np.repeat(wanted[:, -1:], missing, axis=1)], axis=1)

@@ -1,0 +1,172 @@
+"""Timed paths: how fast to go where, and how far along one is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ichain_drake.errors import InputError
+from ichain_drake.state import FloatArray
+
+_MIN_POINTS = 2
+
+
+def read_path(file: Path, columns: tuple[str, ...]) -> FloatArray:
+    """Read a path from a CSV file with one column a coordinate.
+
+    Args:
+        file: the CSV file; units in brackets behind a column's name are allowed.
+        columns: the wanted columns.
+
+    Returns:
+        Points, shape (n, n_columns).
+
+    Raises:
+        InputError: if it can't be read, a column is missing, a value is not a number, or there are under two points.
+    """
+    try:
+        table = pd.read_csv(file)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: can't read the path: {str(error).splitlines()[0]}") from None
+    table = table.rename(columns={c: str(c).split("[")[0].strip() for c in table.columns})
+    for column in columns:
+        if column not in table:
+            raise InputError(f"{file}: column {column} is missing; a path has columns {', '.join(columns)}")
+    values = table[list(columns)].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
+    check_points(values, str(file), columns)
+    return values
+
+
+def check_points(points: FloatArray, where: str, columns: tuple[str, ...] = ("x", "y")) -> None:
+    """Refuse a path that is no path.
+
+    Raises:
+        InputError: on NaN (with its line), fewer than two points, or a length of zero.
+    """
+    bad = ~np.isfinite(points)
+    if bad.any():
+        row, col = (int(i) for i in np.argwhere(bad)[0])
+        raise InputError(
+            f"{where}: line {row + 2}, column {columns[col]}: not a finite number; remove or mend the point"
+        )
+    if len(points) < _MIN_POINTS:
+        raise InputError(f"{where}: {len(points)} point(s); a path needs at least {_MIN_POINTS}")
+    if not np.abs(np.diff(points, axis=0)).sum() > 0:
+        raise InputError(f"{where}: all points are the same; a path needs a length")
+
+
+def resample(points: FloatArray, spacing: float) -> FloatArray:
+    """Points at equal spacing along a polyline, shape (m, d) from (n, d), first and last kept."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    points = np.concatenate([points[:1], points[1:][steps > 0]])
+    length = np.concatenate([[0.0], np.cumsum(steps[steps > 0])])
+    count = max(_MIN_POINTS, int(np.ceil(length[-1] / spacing)) + 1)
+    at = np.linspace(0.0, length[-1], count)
+    return np.stack([np.interp(at, length, c) for c in points.T], axis=1)
+
+
+@dataclass(frozen=True)
+class PathLimits:
+    """What a scenario gives about following paths, in the path's units.
+
+    Attributes:
+        speed: nominal speed [unit/s].
+        turn_rate: speed is lowered where the path's curvature would need a higher one [rad/s].
+        spacing: spacing of the sampled path [unit].
+        smoothing: length over which curvature is averaged [unit].
+        tolerance: the path counts as completed this far from its end [unit].
+    """
+
+    speed: float
+    turn_rate: float = 1.1
+    spacing: float = 1.0
+    smoothing: float = 40.0
+    tolerance: float = 3.0
+
+
+@dataclass(frozen=True)
+class TimedPath:
+    """A path in the plane with a time for each of its points.
+
+    Attributes:
+        points: shape (n, 2), at `limits.spacing`.
+        limits: see `PathLimits`.
+    """
+
+    points: FloatArray
+    limits: PathLimits
+    direction: FloatArray = field(init=False)
+    curvature: FloatArray = field(init=False)
+    speed: FloatArray = field(init=False)
+    time: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        points = resample(np.asarray(self.points, dtype=float), self.limits.spacing)
+        spacing = float(np.linalg.norm(points[1] - points[0]))
+        tangent = np.gradient(points, axis=0)
+        direction = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
+        half = max(1, round(self.limits.smoothing / spacing / 2))
+        turning = np.gradient(direction) / spacing
+        padded = np.pad(turning, half, mode="edge")
+        curvature = np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
+        nominal = self.limits.speed
+        speed = nominal / np.sqrt(1.0 + (nominal * np.abs(curvature) / self.limits.turn_rate) ** 2)
+        time = np.concatenate([[0.0], np.cumsum(2.0 * spacing / (speed[1:] + speed[:-1]))])
+        values = {"points": points, "direction": direction, "curvature": curvature, "speed": speed, "time": time}
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def at_time(self, time: FloatArray) -> FloatArray:
+        """Points at times [s], shape (..., 2); beyond the end straight on at the last speed."""
+        time = np.asarray(time, dtype=float)
+        index = np.interp(time, self.time, np.arange(len(self.time)))
+        over = np.maximum(0.0, time - self.time[-1])[..., None] * self.speed[-1]
+        end = np.array([np.cos(self.direction[-1]), np.sin(self.direction[-1])])
+        grid = np.arange(len(self.time))
+        return np.stack([np.interp(index, grid, c) for c in self.points.T], axis=-1) + over * end
+
+    def advance(self, position: FloatArray, progress: int, seconds: float) -> int:
+        """Index of the path's point nearest to a position, looking only forward.
+
+        Args:
+            position: shape (2,).
+            progress: the last index.
+            seconds: how far ahead to look, as a time at nominal speed [s].
+        """
+        spacing = float(np.linalg.norm(self.points[1] - self.points[0]))
+        ahead = max(2, int(np.ceil(seconds * self.limits.speed / spacing)))
+        window = self.points[progress : progress + ahead + 1]
+        return progress + int(np.argmin(np.sum((window - position) ** 2, axis=1)))
+
+    def completed(self, progress: int) -> bool:
+        """Whether an index is within the tolerance of the end."""
+        spacing = float(np.linalg.norm(self.points[1] - self.points[0]))
+        return progress >= len(self.points) - 1 - self.limits.tolerance / spacing
+
+
+def path_error(executed: FloatArray, path: TimedPath) -> float:
+    """Mean distance of all executed positions to the sampled path, in its unit."""
+    return float(cKDTree(path.points).query(executed)[0].mean())
+
+
+def paper_path_error(
+    executed: FloatArray, waypoints: FloatArray, rng: np.random.Generator, samples: int = 500
+) -> float:
+    """The paper's metric (sec. IV): random executed points to the nearest point of the discretised commanded path.
+
+    Args:
+        executed: executed positions, shape (n, 2).
+        waypoints: the commanded path as it is discretised for control, one point a tick, shape (m, 2).
+        rng: draws the executed points.
+        samples: how many.
+
+    Returns:
+        Mean distance. A perfect follower still has about a quarter of the waypoints' spacing.
+    """
+    chosen: NDArray[np.intp] = rng.integers(0, len(executed), samples)
+    return float(cKDTree(waypoints).query(executed[chosen])[0].mean())

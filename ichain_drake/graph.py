@@ -1,0 +1,166 @@
+"""Interaction graphs: which object's state acts on which (paper sec. V, eq. 3). Pure data; no Drake systems."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import networkx as nx
+
+from ichain_drake.errors import InputError
+from ichain_drake.state import StateSpace
+
+
+@dataclass(frozen=True)
+class Interaction:
+    """A directed edge: the parent's state is (part of) the child's action (paper eq. 2, 3)."""
+
+    parent: str
+    child: str
+
+    @property
+    def name(self) -> str:
+        """`parent->child`: the name of the interaction's column in a demonstration."""
+        return f"{self.parent}->{self.child}"
+
+    @classmethod
+    def parse(cls, text: str) -> Interaction:
+        """Read `parent->child`.
+
+        Raises:
+            InputError: if the text has another form.
+        """
+        parts = [p.strip() for p in text.split("->")]
+        if len(parts) != 2 or not all(parts):
+            raise InputError(f"interaction {text!r}: write it as parent->child")
+        return cls(*parts)
+
+
+class InteractionGraph:
+    """Objects and the interactions between them.
+
+    Args:
+        objects: state space of each object, by name.
+        interactions: edges as `Interaction`, `(parent, child)` or `"parent->child"`.
+
+    Raises:
+        InputError: on an edge to an unknown object, a doubled edge, a self loop, or if there is not exactly one
+            object without parents (the robot, paper sec. III: O_1).
+    """
+
+    def __init__(
+        self, objects: Mapping[str, StateSpace], interactions: Sequence[Interaction | tuple[str, str] | str]
+    ) -> None:
+        self.objects = dict(objects)
+        edges: list[Interaction] = []
+        for item in interactions:
+            if isinstance(item, str):
+                edge = Interaction.parse(item)
+            elif isinstance(item, Interaction):
+                edge = item
+            else:
+                edge = Interaction(*item)
+            for end in (edge.parent, edge.child):
+                if end not in self.objects:
+                    raise InputError(
+                        f"interaction {edge.name}: there is no object {end!r}; objects are {', '.join(self.objects)}"
+                    )
+            if edge.parent == edge.child:
+                raise InputError(f"interaction {edge.name}: an object can't act on itself; use its passive dynamics")
+            if edge in edges:
+                raise InputError(f"interaction {edge.name} is declared twice")
+            edges.append(edge)
+        self.interactions: tuple[Interaction, ...] = tuple(edges)
+        roots = [name for name in self.objects if not self.parents(name)]
+        if len(roots) != 1:
+            raise InputError(
+                f"the graph needs exactly one object without parents (the robot); it has {len(roots)}: "
+                f"{', '.join(roots) or 'none'}"
+            )
+        self.root = roots[0]
+        lost = set(self.objects) - {self.root} - set(nx.descendants(self.digraph, self.root))
+        if lost:
+            raise InputError(f"no interaction leads from {self.root} to {', '.join(sorted(lost))}")
+
+    @cached_property
+    def digraph(self) -> nx.DiGraph:
+        """The same graph for networkx, nodes and edges in declared order."""
+        graph = nx.DiGraph()
+        graph.add_nodes_from(self.objects)
+        graph.add_edges_from((e.parent, e.child) for e in self.interactions)
+        return graph
+
+    def parents(self, child: str) -> tuple[str, ...]:
+        """Parents of an object in declared order: the factors of its action set (paper eq. 3)."""
+        return tuple(e.parent for e in self.interactions if e.child == child)
+
+    def children(self, parent: str) -> tuple[str, ...]:
+        """Children of an object in declared order."""
+        return tuple(e.child for e in self.interactions if e.parent == parent)
+
+    def incoming(self, child: str) -> tuple[Interaction, ...]:
+        """Interactions that act on an object, in declared order."""
+        return tuple(e for e in self.interactions if e.child == child)
+
+    @property
+    def is_chain(self) -> bool:
+        """Whether every object has at most one parent and one child (paper sec. III)."""
+        return all(len(self.parents(n)) <= 1 and len(self.children(n)) <= 1 for n in self.objects)
+
+    def chain(self, target: str) -> tuple[str, ...]:
+        """The shortest chain of objects from the robot to the target, both included.
+
+        Raises:
+            InputError: if there is no such object.
+        """
+        if target not in self.objects:
+            raise InputError(f"there is no object {target!r}; objects are {', '.join(self.objects)}")
+        return tuple(nx.shortest_path(self.digraph, self.root, target))
+
+    def chains(self, target: str) -> tuple[tuple[str, ...], ...]:
+        """All simple chains from the robot to the target, shortest first."""
+        paths = nx.all_simple_paths(self.digraph, self.root, target) if target != self.root else [[self.root]]
+        return tuple(sorted((tuple(p) for p in paths), key=len))
+
+    @cached_property
+    def components(self) -> tuple[tuple[str, ...], ...]:
+        """Strongly connected components in topological order, members in declared order."""
+        order = list(self.objects)
+        condensed = nx.condensation(self.digraph)
+        return tuple(
+            tuple(sorted(condensed.nodes[c]["members"], key=order.index)) for c in nx.topological_sort(condensed)
+        )
+
+    def dot(self) -> str:
+        """The graph in the DOT language, one box an object with its observable variables."""
+        lines = ["digraph interactions {", "  rankdir=LR;", '  node [shape=box, style=rounded, fontname="Helvetica"];']
+        for name, space in self.objects.items():
+            label = name + "\\n" + ", ".join(f"{v.name} [{v.unit}]" for v in space.variables if not v.hidden)
+            lines.append(f'  "{name}" [label="{label}"];')
+        lines += [f'  "{e.parent}" -> "{e.child}";' for e in self.interactions]
+        return "\n".join([*lines, "}"]) + "\n"
+
+    def text(self) -> str:
+        """The graph as plain text: one line an object."""
+        return "\n".join(f"{n} -> {', '.join(self.children(n)) or '(nothing)'}" for n in self.objects)
+
+
+def write_drawing(dot: str, file: Path) -> None:
+    """Write a DOT drawing as it is (`.dot`) or rendered by Graphviz (`.svg`, `.png`, `.pdf`).
+
+    Raises:
+        InputError: if the ending is none of these, or `dot` is not installed for a rendered one.
+    """
+    if file.suffix == ".dot":
+        file.write_text(dot)
+        return
+    if file.suffix not in {".svg", ".png", ".pdf"}:
+        raise InputError(f"{file}: a drawing ends in .svg, .png, .pdf or .dot")
+    program = shutil.which("dot")
+    if program is None:
+        raise InputError(f"{file}: Graphviz is not installed (no `dot`); install graphviz or write a .dot file")
+    subprocess.run([program, f"-T{file.suffix[1:]}", "-o", str(file)], input=dot, text=True, check=True)

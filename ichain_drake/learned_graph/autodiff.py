@@ -1,0 +1,45 @@
+"""Derivatives through learned models: frozen models on Drake's AutoDiffXd, by value and Jacobian."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.autodiffutils import AutoDiffXd
+
+from ichain_drake.learning.frozen.model import FrozenModel
+
+
+def evaluate(frozen: FrozenModel, x: NDArray[Any]) -> NDArray[Any]:
+    """Evaluate a frozen model at one row of floats or of `AutoDiffXd`.
+
+    One float evaluation and one small matrix product (chain rule), instead of AutoDiff arithmetic through every
+    monomial or kernel centre.
+
+    Args:
+        frozen: the model.
+        x: inputs, shape (n_in,), floats or AutoDiffXd (plain numbers may be mixed in).
+
+    Returns:
+        shape (n_out,), of floats or AutoDiffXd; derivatives with respect to whatever x's are.
+
+    Raises:
+        InputError: on a wrong shape.
+    """
+    if x.dtype != object:
+        return frozen.value(x)
+    entries = x.ravel()
+    gradients = [e.derivatives() if isinstance(e, AutoDiffXd) else np.zeros(0) for e in entries]
+    n = max((len(g) for g in gradients), default=0)
+    floats = np.array([e.value() if isinstance(e, AutoDiffXd) else float(e) for e in entries])
+    value, jacobian = frozen.value_and_jacobian(floats.reshape(x.shape))
+    seeds = np.zeros((len(entries), n))
+    for i, g in enumerate(gradients):
+        if len(g):  # a constant has an empty gradient
+            seeds[i] = g
+    chained = jacobian @ seeds
+    result = np.empty(len(value), dtype=object)
+    for o in range(len(value)):
+        result[o] = AutoDiffXd(value[o], chained[o])
+    return result

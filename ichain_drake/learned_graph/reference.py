@@ -1,0 +1,122 @@
+"""The learned graph in plain numpy: all learned objects advanced by one tick, in batches or row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ichain_drake.errors import IchainError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.models import ForwardModel
+from ichain_drake.state import FloatArray
+
+
+class ActiveCycleError(IchainError):
+    """Interactions that are active at one time form a cycle: no order of evaluation exists."""
+
+
+def sweep_order(members: Sequence[str], active: Sequence[Interaction], time: float | None = None) -> list[str]:
+    """An order in which every member comes after its active parents among the members.
+
+    Args:
+        members: objects, in declared order.
+        active: the active interactions; those from outside are ignored.
+        time: named in the error [s].
+
+    Raises:
+        ActiveCycleError: if the active interactions among the members form a cycle.
+    """
+    waiting, order = list(members), []
+    inside = [e for e in active if e.parent in waiting and e.child in waiting]
+    while waiting:
+        ready = next((n for n in waiting if not any(e.child == n and e.parent in waiting for e in inside)), None)
+        if ready is None:
+            edges = ", ".join(e.name for e in inside if e.parent in waiting and e.child in waiting)
+            when = "" if time is None else f" at t = {time:.3f} s"
+            raise ActiveCycleError(f"active interactions form a cycle{when}: {edges}; deactivate one of them")
+        waiting.remove(ready)
+        order.append(ready)
+    return order
+
+
+class LearnedGraphReference:
+    """Advances learned objects: the passive state, plus the effect of every active interaction.
+
+    An object without active interactions keeps its state. Each active one adds the change that its forward model
+    predicts, given the parent's state at t and at t + 1.
+
+    Args:
+        graph: the interaction graph.
+        models: forward model of every interaction.
+    """
+
+    def __init__(self, graph: InteractionGraph, models: Mapping[Interaction, ForwardModel]) -> None:
+        self.graph = graph
+        self.models = dict(models)
+
+    def tick(
+        self,
+        states: Mapping[str, FloatArray],
+        root_next: FloatArray,
+        active: Mapping[Interaction, bool] | None = None,
+        normal: Mapping[str, FloatArray] | None = None,
+        scale: Mapping[Interaction, FloatArray] | None = None,
+    ) -> dict[str, FloatArray]:
+        """One tick for a batch.
+
+        Args:
+            states: observable state of every object and the robot, shape (n, n_variables) each.
+            root_next: the robot's state at t + 1, shape (n, n_root).
+            active: which interactions are active; default all.
+            normal, scale: noise of the coded change: standard normals per object (n, n_variables), and standard
+                deviation per interaction (n_variables,).
+
+        Returns:
+            The states at t + 1.
+        """
+        on = [e for e in self.graph.interactions if active is None or active[e]]
+        after = {self.graph.root: np.asarray(root_next)}
+        for name in sweep_order([n for n in self.graph.objects if n != self.graph.root], on):
+            effects = []
+            for edge in (e for e in on if e.child == name):
+                model, child = self.models[edge], states[name]
+                parents = (states[edge.parent], after[edge.parent])
+                if normal is not None and scale is not None:
+                    value = model.sample(child, *parents, normal[name], scale[edge])
+                else:
+                    value = model.predict(child, *parents)
+                effects.append(value)
+            after[name] = combine(self.graph, name, states[name], effects)
+        return after
+
+    def tick_row(
+        self,
+        states: Mapping[str, FloatArray],
+        root_next: FloatArray,
+        active: Mapping[Interaction, bool] | None = None,
+    ) -> dict[str, FloatArray]:
+        """One tick of a single row, with the one-row evaluation that learned objects call: equal to the last bit."""
+        on = [e for e in self.graph.interactions if active is None or active[e]]
+        after = {self.graph.root: np.asarray(root_next)}
+        for name in sweep_order([n for n in self.graph.objects if n != self.graph.root], on):
+            effects = [
+                self.models[e].predict_row(states[name], states[e.parent], after[e.parent])
+                for e in on
+                if e.child == name
+            ]
+            after[name] = combine(self.graph, name, states[name], effects)
+        return after
+
+
+def combine(graph: InteractionGraph, name: str, state: FloatArray, effects: Sequence[FloatArray]) -> FloatArray:
+    """The next state from the predictions of each active interaction: their changes add up."""
+    if not effects:
+        return state
+    if len(effects) == 1:
+        return effects[0]
+    space = graph.objects[name].observable
+    total = state.copy()
+    for value in effects:
+        total = total + space.difference(value, state)
+    return total

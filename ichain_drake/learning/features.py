@@ -1,0 +1,140 @@
+"""Features from kinds and roles: what a regression sees of a state, and how a change of state is coded.
+
+Nothing here looks at a name. A pose (two positions and an orientation about z in one frame) can be described in the
+body's own frame, in which motion does not depend on where the body is or, but for what the world adds, on its heading.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.errors import InputError
+from ichain_drake.state import FloatArray, StateSpace, wrap_angle
+
+FeatureKind = Literal["none", "raw", "body"]
+"""`none`: the child's own state is left out (a child that only mirrors its parent); `raw`: all variables; `body`: no
+position, changes of position in the body's frame."""
+
+
+def planar_poses(space: StateSpace) -> list[tuple[int, int, int]]:
+    """Indices (x, y, orientation about z) of every frame in which a state space has all three."""
+    poses = []
+    frames = dict.fromkeys(v.role.frame for v in space.variables if v.role and v.role.kind == "orientation")
+    for frame in frames:
+        found = {
+            (v.role.kind, v.role.axis): i for i, v in enumerate(space.variables) if v.role and v.role.frame == frame
+        }
+        keys = (("position", "x"), ("position", "y"), ("orientation", "z"))
+        if all(k in found for k in keys):
+            poses.append((found[keys[0]], found[keys[1]], found[keys[2]]))
+    return poses
+
+
+class StateFeatures:
+    """What a regression sees of a state: angles as cosine and sine, the rest as it is.
+
+    Args:
+        space: the observable state space.
+        kind: see `FeatureKind`.
+
+    Raises:
+        InputError: for `body` where the state space has no planar pose.
+    """
+
+    def __init__(self, space: StateSpace, kind: FeatureKind) -> None:
+        self.space = space
+        self.kind = kind
+        poses = planar_poses(space)
+        if kind == "body" and not poses:
+            raise InputError(
+                f"{space.type} has no position x, y with an orientation about z: 'body' features need them"
+            )
+        dropped = {i for x, y, _ in poses for i in (x, y)} if kind == "body" else set()
+        kept = [] if kind == "none" else [i for i in range(len(space)) if i not in dropped]
+        self._plain = np.array([i for i in kept if not space.angle_mask[i]], dtype=np.intp)
+        self._angles = np.array([i for i in kept if space.angle_mask[i]], dtype=np.intp)
+        self.names = (
+            *(space.names[i] for i in self._plain),
+            *(f"cos({space.names[i]})" for i in self._angles),
+            *(f"sin({space.names[i]})" for i in self._angles),
+        )
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __call__(self, state: NDArray) -> NDArray:
+        """Features of states, shape (..., n_variables) -> (..., n_features). Works on AutoDiffXd arrays too."""
+        angles = state[..., self._angles]
+        return np.concatenate([state[..., self._plain], np.cos(angles), np.sin(angles)], axis=-1)
+
+    def jacobian(self, state: FloatArray) -> FloatArray:
+        """Derivative of the features by the state, shape (..., n_features, n_variables)."""
+        out = np.zeros((*state.shape[:-1], len(self), state.shape[-1]))
+        n, m = len(self._plain), len(self._angles)
+        out[..., np.arange(n), self._plain] = 1.0
+        angles = state[..., self._angles]
+        out[..., n + np.arange(m), self._angles] = -np.sin(angles)
+        out[..., n + m + np.arange(m), self._angles] = np.cos(angles)
+        return out
+
+
+class ChangeCode:
+    """How the change from one state to the next is coded as the output of a regression.
+
+    `none`: the next state itself. `raw`: the difference. `body`: the difference, positions turned into the body frame.
+
+    Args:
+        space: the observable state space.
+        kind: see `FeatureKind`.
+    """
+
+    def __init__(self, space: StateSpace, kind: FeatureKind) -> None:
+        self.space = space
+        self.kind = kind
+        self._poses = planar_poses(space) if kind == "body" else []
+
+    def encode(self, state: FloatArray, after: FloatArray) -> FloatArray:
+        """Code of a change, shape (..., n_variables), from states of the same shape; angles the short way round."""
+        if self.kind == "none":
+            return np.array(after, dtype=float)
+        delta = self.space.difference(after, state)
+        for x, y, h in self._poses:
+            c, s = np.cos(state[..., h]), np.sin(state[..., h])
+            dx, dy = delta[..., x].copy(), delta[..., y].copy()
+            delta[..., x], delta[..., y] = c * dx + s * dy, -s * dx + c * dy
+        return delta
+
+    def decode(self, state: NDArray, code: NDArray) -> NDArray:
+        """The state that a code leads to; the inverse of `encode`, but for wrapping. AutoDiffXd works too."""
+        if self.kind == "none":
+            return code
+        delta = code.copy()
+        for x, y, h in self._poses:
+            c, s = np.cos(state[..., h]), np.sin(state[..., h])
+            delta[..., x] = c * code[..., x] - s * code[..., y]
+            delta[..., y] = s * code[..., x] + c * code[..., y]
+        return state + delta
+
+    def jacobians(self, state: FloatArray, code: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of `decode` by the state and by the code, each (..., n_variables, n_variables)."""
+        n = state.shape[-1]
+        eye = np.broadcast_to(np.eye(n), (*state.shape[:-1], n, n))
+        if self.kind == "none":
+            return np.zeros(eye.shape), eye.copy()
+        by_state, by_code = eye.copy(), eye.copy()
+        for x, y, h in self._poses:
+            c, s = np.cos(state[..., h]), np.sin(state[..., h])
+            by_code[..., x, x], by_code[..., x, y] = c, -s
+            by_code[..., y, x], by_code[..., y, y] = s, c
+            by_state[..., x, h] = -s * code[..., x] - c * code[..., y]
+            by_state[..., y, h] = c * code[..., x] - s * code[..., y]
+        return by_state, by_code
+
+    def wrap(self, state: FloatArray) -> FloatArray:
+        """Bring angles back to [-pi, pi)."""
+        if not self.space.angle_mask.any():
+            return state
+        return np.where(self.space.angle_mask, wrap_angle(state), state)

@@ -1,0 +1,140 @@
+"""Sums of Gaussian bumps: kernel ridge regression, support vector machines and the mean of a Gaussian process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from ichain_drake.learning.frozen.model import FrozenModel
+from ichain_drake.learning.frozen.scaling import FloatArray
+
+_ROWS = 256  # rows evaluated at once: bounds the memory of a large batch
+
+
+@dataclass(eq=False, kw_only=True)
+class KernelSum(FrozenModel):
+    """`y_o = offset_o + sum_n weights_on exp(-1/2 |(z - centres_n) / length_scales|^2)`.
+
+    Either all outputs share one block of centres and length scales, or each output has a block of its own.
+
+    Attributes:
+        centres: shape (n_blocks, n_centres, n_in), n_blocks 1 or n_out.
+        length_scales: shape (n_blocks, n_in).
+        weights: shape (n_out, n_centres).
+        offset: shape (n_out,).
+    """
+
+    kind: ClassVar[str] = "kernel"
+
+    centres: FloatArray
+    length_scales: FloatArray
+    weights: FloatArray
+    offset: FloatArray
+
+    def _prepare(self) -> None:
+        blocks, n, d = self.centres.shape
+        # The exponent is linear in [z, z^2, 1]: one matrix product for all blocks. Around the middle of the centres,
+        # or it would cancel digits for inputs far from zero.
+        self._middle = self.centres.reshape(-1, d).mean(axis=0) if n else np.zeros(d)
+        centred = self.centres - self._middle
+        precision = (1.0 / self.length_scales**2)[:, None, :]
+        linear = centred * precision
+        square = np.broadcast_to(-0.5 * precision, linear.shape)
+        constant = -0.5 * (centred * linear).sum(axis=2, keepdims=True)
+        table = np.concatenate([linear, square, constant], axis=2)  # (blocks, n, 2 d + 1)
+        self._table = np.ascontiguousarray(table.reshape(blocks * n, -1).T)
+        self._tables = np.ascontiguousarray(table.transpose(0, 2, 1))
+        self._slopes = np.ascontiguousarray(np.concatenate([linear, 2 * square], axis=2))  # (blocks, n, 2 d)
+        self._blocks = blocks
+
+    @property
+    def n_out(self) -> int:
+        """Number of outputs."""
+        return len(self.weights)
+
+    def _row_features(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        d = self.n_in
+        u = np.empty(2 * d + 1)
+        centred = np.subtract(z, self._middle, out=u[:d])
+        np.multiply(centred, centred, out=u[d:-1])
+        u[-1] = 1.0
+        return centred, np.exp(u @ self._table).reshape(self._blocks, -1)
+
+    def _value(self, z: FloatArray) -> FloatArray:
+        _, phi = self._row_features(z)
+        if self._blocks == 1:
+            return self.weights @ phi[0] + self.offset
+        return np.einsum("kn,kn->k", self.weights, phi) + self.offset
+
+    def _value_and_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        centred, phi = self._row_features(z)
+        parts = self.weights * phi  # (n_out, n), by broadcasting where the block is shared
+        if self._blocks == 1:
+            value, slopes = self.weights @ phi[0], parts @ self._slopes[0]
+        else:
+            value = np.einsum("kn,kn->k", self.weights, phi)
+            slopes = np.matmul(parts[:, None, :], self._slopes)[:, 0]
+        return value + self.offset, slopes[:, : self.n_in] + slopes[:, self.n_in :] * centred
+
+    def features(self, z: FloatArray) -> FloatArray:
+        """Values of all bumps, (n, n_in) -> (n_blocks, n, n_centres)."""
+        u = np.ones((len(z), 2 * self.n_in + 1))
+        np.subtract(z, self._middle, out=u[:, : self.n_in])
+        np.square(u[:, : self.n_in], out=u[:, self.n_in : -1])
+        phi = u @ self._tables
+        return np.exp(phi, out=phi)
+
+    def _batch(self, z: FloatArray) -> FloatArray:
+        result = np.empty((len(z), self.n_out))
+        for start in range(0, len(z), _ROWS):
+            phi = self.features(z[start : start + _ROWS])
+            shared = self._blocks == 1
+            part = phi[0] @ self.weights.T if shared else np.matmul(phi, self.weights[:, :, None])[:, :, 0].T
+            result[start : start + _ROWS] = part + self.offset
+        return result
+
+    def _batch_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        values, jacobians = np.empty((len(z), self.n_out)), np.empty((len(z), self.n_out, self.n_in))
+        for start in range(0, len(z), _ROWS):
+            part = slice(start, start + _ROWS)
+            phi = self.features(z[part]) * self.weights[:, None, :]  # (n_out, n, n_centres)
+            slopes = np.matmul(phi, self._slopes).transpose(1, 0, 2)
+            values[part] = phi.sum(axis=2).T + self.offset
+            centred = (z[part] - self._middle)[:, None, :]
+            jacobians[part] = slopes[..., : self.n_in] + slopes[..., self.n_in :] * centred
+        return values, jacobians
+
+    def rescaled(self, scale: FloatArray, offset: FloatArray) -> KernelSum:
+        """The model with outputs `y * scale + offset`."""
+        return replace(
+            self,
+            weights=self.weights * scale[:, None],
+            offset=self.offset * scale + offset,
+            residual_std=self._std_times(scale),
+        )
+
+
+def stack_kernel_sums(models: list[KernelSum]) -> KernelSum:
+    """One model of several with the same input scaling; blocks that are equal are shared.
+
+    Args:
+        models: models of one block each.
+    """
+    first = models[0]
+    offset = np.concatenate([m.offset for m in models])
+    shared = all(
+        np.array_equal(m.centres, first.centres) and np.array_equal(m.length_scales, first.length_scales)
+        for m in models
+    )
+    if shared:
+        weights = np.concatenate([m.weights for m in models])
+        return replace(first, weights=weights, offset=offset, residual_std=None)
+    # Support vectors differ in number: pad with centres of weight 0.
+    n = max(m.centres.shape[1] for m in models)
+    outputs = [(m, o) for m in models for o in range(m.n_out)]
+    centres = np.stack([np.pad(m.centres[0], ((0, n - m.centres.shape[1]), (0, 0)), "edge") for m, _ in outputs])
+    scales = np.stack([m.length_scales[0] for m, _ in outputs])
+    weights = np.stack([np.pad(m.weights[o], (0, n - m.centres.shape[1])) for m, o in outputs])
+    return KernelSum(inputs=first.inputs, centres=centres, length_scales=scales, weights=weights, offset=offset)

@@ -1,0 +1,48 @@
+"""Reproducible noise: every value is a function of (seed, object id, purpose, variable id, frame), never of an order."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+
+from ichain_drake.state import FloatArray
+
+Purpose = Literal["process", "measurement"]
+_PURPOSES: dict[str, int] = {"process": 0, "measurement": 1}
+_BLOCK = 512
+
+
+@lru_cache(maxsize=256)
+def _block(seed: int, object_id: int, purpose: int, ids: tuple[int, ...], block: int) -> FloatArray:
+    streams = [
+        np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, object_id, purpose, i, block]))) for i in ids
+    ]
+    return np.stack([s.standard_normal(_BLOCK) for s in streams], axis=1)
+
+
+class NoiseStream:
+    """Standard normal noise of one object, one stream a variable.
+
+    Because a value depends on nothing but its key and the frame, a cloned context replays, worker processes agree,
+    and renaming or reordering objects changes nothing.
+
+    Args:
+        seed: seed of the run, >= 0.
+        object_id: the object's id as declared in its scenario.
+        purpose: what the noise is for; the two never share a stream.
+        ids: the variables' ids.
+    """
+
+    def __init__(self, seed: int, object_id: int, purpose: Purpose, ids: tuple[int, ...]) -> None:
+        self._key = (int(seed), int(object_id), _PURPOSES[purpose], tuple(int(i) for i in ids))
+
+    def __len__(self) -> int:
+        return len(self._key[3])
+
+    def at(self, frame: int) -> FloatArray:
+        """Noise of one 30 Hz frame, shape (n_streams,), mean 0 and variance 1."""
+        if not self._key[3]:
+            return np.zeros(0)
+        return _block(*self._key, frame // _BLOCK)[frame % _BLOCK]

@@ -1,0 +1,257 @@
+"""The base class of world objects: it makes ports, events, modes and noise, so that a new object is one `step`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
+
+from ichain_drake.errors import InputError
+from ichain_drake.noise import NoiseStream
+from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.timing import FRAME
+
+ParentStates = Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True)
+class ObjectSettings:
+    """What a run decides about an object.
+
+    Attributes:
+        object_id: key of the object's noise streams, as declared in its scenario.
+        seed: seed of the run.
+        noise_scale: factor on process and measurement noise; 0 switches both off.
+        dropouts: intervals (start, end) [s] in which the sensor holds its last value and reports `valid = 0`.
+        body_size: length of the plant's [q; v] of this object's body; 0 where no plant holds it.
+    """
+
+    object_id: int = 0
+    seed: int = 0
+    noise_scale: float = 1.0
+    dropouts: tuple[tuple[float, float], ...] = ()
+    body_size: int = 0
+
+
+class WorldObject(LeafSystem):
+    """An object of the world (paper sec. III: O_i with its MDP M_i), advanced once every 1/30 s.
+
+    A subclass sets `state_space`, implements `step`, and overrides what else it needs. Within one frame, at time t:
+
+    1. unrestricted update: the modes (which incoming interactions are active) are decided from all states at t, with
+       the previous modes given for hysteresis. Variables sampled from a body in the plant, and the whole state of a
+       `immediate` object, take the value they have at t.
+    2. discrete update: `step` leads from t to t + 1/30 s, with the parents' states and the modes of t.
+
+    Drake runs all updates of the first sort before any of the second, so that no object sees a mode or a sampled
+    value late, whatever the order of the systems.
+
+    Ports: an input a parent, named after it; with a body also `body` ([q; v]) and `touch` (contact force between
+    gripper and body [N]). Outputs `state` (the truth, no feedthrough), `measured` (observable variables as the sensor
+    gives them), `valid` (0 during a drop-out), `active` (one 0/1 per incoming interaction; for labels and scoring
+    only).
+
+    Args:
+        name: system name; the object's name in the interaction graph.
+        parents: state space of each parent, by name, in the graph's order.
+        initial: state at t = 0, shape (n_variables,); default `default_state`.
+        settings: see `ObjectSettings`.
+    """
+
+    state_space: ClassVar[StateSpace]
+    process_noise_size: ClassVar[int] = 0
+    immediate: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        name: str,
+        parents: Mapping[str, StateSpace],
+        initial: FloatArray | None = None,
+        settings: ObjectSettings | None = None,
+    ) -> None:
+        super().__init__()
+        self.set_name(name)
+        self.parents = dict(parents)
+        self.settings = settings or ObjectSettings()
+        space = self.state_space
+        start = space.check(self.default_state() if initial is None else initial, f"{name}: initial state")
+        self._observable = space.observable_indices
+        self._plant = space.plant_indices if self.settings.body_size else np.zeros(0, dtype=np.intp)
+        self._process_noise = NoiseStream(
+            self.settings.seed, self.settings.object_id, "process", tuple(range(self.process_noise_size))
+        )
+        self._sensor_noise = NoiseStream(
+            self.settings.seed, self.settings.object_id, "measurement", tuple(int(i) for i in self._observable)
+        )
+        self._parent_ports = {p: self.DeclareVectorInputPort(p, len(s)) for p, s in self.parents.items()}
+        if self.settings.body_size:
+            self._body_port = self.DeclareVectorInputPort("body", self.settings.body_size)
+            self._touch_port = self.DeclareVectorInputPort("touch", 1)
+
+        self._state = self.DeclareDiscreteState(start)
+        self._active = self.DeclareDiscreteState(len(self.parents))
+        self._clock = self.DeclareDiscreteState(2)  # frame, touch [N] at the last frame
+        self._held = self.DeclareDiscreteState(len(self._observable))
+        self.DeclareStateOutputPort("state", self._state)
+        no_inputs = {self.xd_ticket(), self.time_ticket()}
+        self.DeclareVectorOutputPort("measured", len(self._observable), self._calc_measured, no_inputs)
+        self.DeclareVectorOutputPort("valid", 1, self._calc_valid, {self.time_ticket()})
+        self.DeclareStateOutputPort("active", self._active)
+
+        self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
+        self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._advance)
+
+    # What a subclass provides. All of it works on arrays with any leading batch dimensions.
+
+    def step(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float
+    ) -> FloatArray:
+        """One frame of the object's dynamics (paper sec. III: Tr_i at the world's rate).
+
+        Args:
+            state: shape (..., n_variables).
+            parents: state of each parent, shape (..., n_parent_variables).
+            active: 0 or 1 per parent, shape (...).
+            noise: standard normal, shape (..., process_noise_size), already scaled by the run's noise scale.
+            dt: duration [s].
+
+        Returns:
+            The state dt later, shape (..., n_variables).
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not implement step")
+
+    def default_state(self) -> FloatArray:
+        """State at t = 0 where the scenario gives none, shape (n_variables,)."""
+        return np.clip(np.zeros(len(self.state_space)), self.state_space.lower, self.state_space.upper)
+
+    def decide_active(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool], touch: float | None
+    ) -> Mapping[str, bool]:
+        """Rules of activation and deactivation (paper sec. V), one decision per incoming interaction.
+
+        Args:
+            state: shape (n_variables,).
+            parents: state of each parent, shape (n_parent_variables,).
+            active: the previous decision, for hysteresis.
+            touch: contact force between gripper and body [N] at the last frame; None without a body.
+
+        Returns:
+            The decision per parent; by default every interaction is always active (paper sec. III, chains).
+        """
+        return dict.fromkeys(self.parents, True)
+
+    def sample_body(self, body: FloatArray) -> FloatArray:
+        """Values of the variables marked `measured_in: plant`, from the body's [q; v].
+
+        Args:
+            body: shape (..., body_size).
+
+        Returns:
+            shape (..., n_plant_variables), in state order.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has a body but does not implement sample_body")
+
+    def measure(self, state: FloatArray, noise: FloatArray) -> FloatArray:
+        """What the sensor reads.
+
+        Args:
+            state: shape (..., n_variables).
+            noise: standard normal, shape (..., n_observable), already scaled.
+
+        Returns:
+            shape (..., n_observable); the truth unless overridden.
+        """
+        return state[..., self._observable]
+
+    # Events and ports.
+
+    def _parent_states(self, context: Context) -> dict[str, FloatArray]:
+        return {name: port.Eval(context) for name, port in self._parent_ports.items()}
+
+    def _value(self, context: Context, index: int) -> FloatArray:
+        return context.get_discrete_state(index).value()
+
+    def _modes(self, context: Context) -> dict[str, bool]:
+        return {p: bool(v > 0.5) for p, v in zip(self.parents, self._value(context, self._active), strict=True)}  # noqa: PLR2004
+
+    def _step_once(
+        self, context: Context, state: FloatArray, parents: ParentStates, modes: Mapping[str, bool]
+    ) -> FloatArray:
+        frame = int(self._value(context, self._clock)[0])
+        noise = self._process_noise.at(frame) * self.settings.noise_scale
+        active = {p: np.float64(on) for p, on in modes.items()}
+        stepped = self.step(state, parents, active, noise, FRAME)
+        if not np.isfinite(stepped).all():
+            bad = self.state_space.names[int(np.argmin(np.isfinite(stepped)))]
+            raise InputError(f"{self.get_name()}: step gave a non-finite {bad} at t = {context.get_time():.3f} s")
+        return stepped
+
+    def _initialize(self, context: Context, state: State) -> None:
+        """Modes as they are at the start: an event of t = 0 would come too late for whoever reads them before it."""
+        self._decide(context, state, advance=False)
+
+    def _decide(self, context: Context, state: State, *, advance: bool = True) -> None:
+        value = self._value(context, self._state).copy()
+        parents = self._parent_states(context)
+        if len(self._plant):
+            value[self._plant] = self.sample_body(self._body_port.Eval(context))
+        touch = float(self._value(context, self._clock)[1]) if self.settings.body_size else None
+        modes = self.decide_active(value, parents, self._modes(context), touch)
+        if self.immediate and advance:
+            plant_values = value[self._plant]
+            value = self._step_once(context, value, parents, modes)
+            value[self._plant] = plant_values
+        discrete = state.get_mutable_discrete_state()
+        discrete.set_value(self._active, [float(modes[p]) for p in self.parents])
+        if self.immediate or len(self._plant):
+            discrete.set_value(self._state, value)
+
+    def _advance(self, context: Context, discrete: DiscreteValues) -> None:
+        value = self._value(context, self._state)
+        if not self.immediate:
+            stepped = self._step_once(context, value, self._parent_states(context), self._modes(context))
+            stepped[self._plant] = value[self._plant]
+            discrete.set_value(self._state, stepped)
+        frame, touch = self._value(context, self._clock)
+        if self.settings.body_size:
+            # Read here, where the plant's own update at this instant needs the same contact solution anyway.
+            touch = float(self._touch_port.Eval(context)[0])
+        discrete.set_value(self._clock, [frame + 1, touch])
+        if self.settings.dropouts:
+            discrete.set_value(self._held, self.GetOutputPort("measured").Eval(context))
+
+    def _dropped_out(self, time: float) -> bool:
+        return any(start <= time < end for start, end in self.settings.dropouts)
+
+    def _calc_measured(self, context: Context, output: BasicVector) -> None:
+        if self._dropped_out(context.get_time()):
+            output.SetFromVector(self._value(context, self._held))
+            return
+        frame = int(self._value(context, self._clock)[0])
+        noise = self._sensor_noise.at(frame) * self.settings.noise_scale
+        output.SetFromVector(self.measure(self._value(context, self._state), noise))
+
+    def _calc_valid(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([0.0 if self._dropped_out(context.get_time()) else 1.0])
+
+    # Access from outside.
+
+    def set_state(self, context: Context, state: FloatArray | Sequence[float]) -> None:
+        """Put the object into a state.
+
+        Args:
+            context: the object's own context.
+            state: shape (n_variables,).
+
+        Raises:
+            InputError: on a wrong shape or a non-finite value.
+        """
+        context.SetDiscreteState(self._state, self.state_space.check(state, f"{self.get_name()}: state"))
+
+    def get_state(self, context: Context) -> FloatArray:
+        """The object's state, shape (n_variables,), from the object's own context."""
+        return self._value(context, self._state).copy()

@@ -1,0 +1,42 @@
+"""One call for the robot of any physics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, get_args
+
+from ichain_drake.errors import InputError
+from ichain_drake.robot.arm import ArmRobot
+from ichain_drake.robot.ideal import IdealHand
+from ichain_drake.robot.spec import BodySpec, RobotSpec
+
+Physics = Literal["ideal", "arm", "contact"]
+
+
+def build_robot(
+    spec: RobotSpec,
+    physics: Physics = "contact",
+    bodies: Mapping[str, BodySpec] | None = None,
+    seed: int = 0,
+    object_id: int = 0,
+) -> IdealHand | ArmRobot:
+    """Build the robot: the same ports and the same tick in every physics.
+
+    Args:
+        spec: the robot.
+        physics: `ideal`: the hand is a point; `arm`: an arm carries it; `contact`: objects are bodies in the arm's
+            plant.
+        bodies: bodies of mechanical objects, by object name; used in `contact` only.
+        seed: the run's seed.
+        object_id: the robot object's number, which keys its noise.
+
+    Raises:
+        InputError: on an unknown physics, or models, names or gains that don't fit.
+        UnreachableError: if the arm can't reach the home hand state.
+    """
+    if physics not in get_args(Physics):
+        raise InputError(f"physics {physics!r}: choose {', '.join(get_args(Physics))}")
+    if physics == "ideal":
+        speeds = {"linear_speed": spec.linear_speed, "angular_speed": spec.angular_speed}
+        return IdealHand(spec.hand, spec.home_hand(), seed, object_id, **speeds)
+    return ArmRobot(spec, (bodies or {}) if physics == "contact" else {}, seed, object_id)

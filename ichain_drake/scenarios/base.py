@@ -1,0 +1,108 @@
+"""What a scenario is: a configuration, a world, demonstrations to record, and a goal."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
+
+from ichain_drake.control.path import PathLimits, TimedPath
+from ichain_drake.demonstrations.table import Demonstration
+from ichain_drake.errors import InputError
+from ichain_drake.graph import InteractionGraph
+from ichain_drake.robot import Physics, models_path
+from ichain_drake.scenarios.config import ScenarioConfig, as_plain, load_config
+from ichain_drake.scenarios.episode import Prepare
+from ichain_drake.state import FloatArray
+from ichain_drake.world.world import World
+
+Progress = Callable[[str], None]
+
+
+class Scenario(ABC):
+    """Base class of scenarios.
+
+    Args:
+        overrides: `--set` settings.
+        physics: `ideal`, `arm` or `contact`.
+        seed: seed of the run.
+
+    Raises:
+        InputError: on a bad setting, an unsupported physics or fault, or a negative seed.
+    """
+
+    name: ClassVar[str]
+    config_class: ClassVar[type[ScenarioConfig]] = ScenarioConfig
+    faults: ClassVar[tuple[str, ...]] = ("none",)
+
+    config: ScenarioConfig
+    graph: InteractionGraph
+
+    def __init__(self, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> None:
+        if physics not in ("ideal", "arm", "contact"):
+            raise InputError(f"physics {physics!r}: choose ideal, arm or contact")
+        if seed < 0:
+            raise InputError(f"seed {seed}: give a whole number from 0")
+        self.physics = physics
+        self.seed = seed
+        self.config = load_config(self.config_class, models_path() / "scenarios" / f"{self.name}.yaml", overrides)
+        if self.config.fault.kind not in self.faults:
+            raise InputError(f"{self.name} has no fault {self.config.fault.kind!r}; it has {', '.join(self.faults)}")
+        if self.config.camera.yaw_deg != 0.0 and "camera" not in self.features:
+            raise InputError(f"{self.name} has no camera: leave camera.yaw_deg at 0")
+        if not self.config.noise.scale >= 0:
+            raise InputError(f"noise.scale is {self.config.noise.scale}; give a number from 0")
+        self.graph = self.make_graph()
+
+    features: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def make_graph(self) -> InteractionGraph:
+        """The interaction graph, from the configuration."""
+
+    @abstractmethod
+    def record_demonstrations(self, progress: Progress | None = None) -> list[Demonstration]:
+        """Record the scripted demonstrations in this scenario's physics."""
+
+    def given(self) -> dict[str, Any]:
+        """What the scenario declares instead of learning, for the report."""
+        return as_plain(self.config)
+
+
+class PathScenario(Scenario):
+    """A scenario whose goal is that the last object of a chain follows a path in the plane."""
+
+    target: ClassVar[str]
+    """Object that follows."""
+
+    target_variables: ClassVar[tuple[str, str]] = ("x", "y")
+    """Its two position variables."""
+
+    unit: ClassVar[str] = "px"
+    size: ClassVar[tuple[float, float]] = (800.0, 600.0)
+    """Extent of the plane, from (0, 0)."""
+
+    @abstractmethod
+    def reference_paths(self) -> Mapping[str, FloatArray]:
+        """The paths that `run` and `evaluate` follow, shape (n, 2) each."""
+
+    @abstractmethod
+    def path_limits(self) -> PathLimits:
+        """How paths are followed."""
+
+    @abstractmethod
+    def make_world(self, path: TimedPath, run: int) -> tuple[World, Prepare]:
+        """A world for one run.
+
+        Args:
+            path: the path that the last object starts on.
+            run: number of the run; keys its noise.
+        """
+
+    @abstractmethod
+    def robot_seconds(self) -> Mapping[str, float]:
+        """Simulated robot time that recording took for each interaction [s]."""
+
+    def target_indices(self) -> tuple[int, ...]:
+        """Indices of the target variables in the last object's observable state."""
+        return tuple(int(i) for i in self.graph.objects[self.target].observable.indices(self.target_variables))

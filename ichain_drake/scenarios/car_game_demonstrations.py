@@ -1,0 +1,164 @@
+"""Who demonstrates the car game: a hand that plays with the joystick, and a scripted driver in place of a person."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pandas as pd
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from ichain_drake.demonstrations.table import COMMAND, TIME, Demonstration, column
+from ichain_drake.objects.joystick import tilt_from_axes
+from ichain_drake.scenarios.episode import Episode, Prepare
+from ichain_drake.state import FloatArray, StateSpace, wrap_angle
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
+from ichain_drake.world.world import World
+
+HandForTilt = Callable[[FloatArray], FloatArray]
+
+
+class Player(LeafSystem):
+    """Sends the hand to random places within reach, in steps that it can make within a tick.
+
+    Args:
+        middle: x, y of the joystick [m].
+        reach: farthest from the middle along each axis [m].
+        step: farthest in one tick along each axis [m].
+        ticks: how many commands.
+        seed: of the places.
+    """
+
+    def __init__(self, middle: FloatArray, reach: float, step: float, ticks: int, seed: Sequence[int]) -> None:
+        super().__init__()
+        self.set_name("player")
+        self._commands = middle + _random_walk(reach, step, ticks + 1, np.random.default_rng(seed))
+        self._command = self.DeclareDiscreteState(middle)
+        self._frame = self.DeclareDiscreteState(1)
+        self.DeclareStateOutputPort("hand_command", self._command)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
+
+    def _decide(self, context: Context, state: State) -> None:
+        frame = int(context.get_discrete_state(self._frame).value()[0])
+        discrete = state.get_mutable_discrete_state()
+        discrete.set_value(self._frame, [frame + 1])
+        if frame % FRAMES_PER_TICK == 0:
+            tick = min(frame // FRAMES_PER_TICK, len(self._commands) - 1)
+            discrete.set_value(self._command, self._commands[tick])
+
+
+def _random_walk(reach: float, step: float, count: int, rng: np.random.Generator) -> FloatArray:
+    """Places in a square of half-width `reach`, uniformly drawn and approached in steps, shape (count, 2)."""
+    place, goal = np.zeros(2), rng.uniform(-reach, reach, 2)
+    places = []
+    for _ in range(count):
+        if np.allclose(place, goal):
+            goal = rng.uniform(-reach, reach, 2)
+        place = place + np.clip(goal - place, -step, step)
+        places.append(place)
+    return np.array(places)
+
+
+class Driver(LeafSystem):
+    """A scripted driver: heads for random places at random speeds with an unsteady hand, and corrects three times a second.
+
+    Stands in for the paper's human demonstrator. Moves the stick as a hand in a tick does: there within four frames,
+    then held.
+
+    Args:
+        hand_for_tilt: where the driver's hand is for a tilt of the stick.
+        size: width and height of the screen [px].
+        ticks: how many decisions.
+        seed: of places, speeds and unsteadiness.
+    """
+
+    def __init__(self, hand_for_tilt: HandForTilt, size: tuple[float, float], ticks: int, seed: Sequence[int]) -> None:
+        super().__init__()
+        self.set_name("driver")
+        self._hand_for_tilt = hand_for_tilt
+        rng = np.random.default_rng(seed)
+        width, height = size
+        legs = ticks + 1
+        self._places = rng.uniform([0.1 * width, 0.13 * height], [0.9 * width, 0.87 * height], (legs, 2))
+        self._speeds = rng.uniform(20.0, 68.0, legs)
+        self._gains = rng.uniform(0.6, 2.2, legs)
+        self._tremble = _correlated(rng.standard_normal((ticks + 1, 2)), 0.5, 0.3)
+        self._car = self.DeclareVectorInputPort("car", 5)
+        self._command = self.DeclareDiscreteState(hand_for_tilt(tilt_from_axes(np.zeros(2))))
+        self._memory = self.DeclareDiscreteState(3)  # frame, leg, ticks on this leg
+        self.DeclareStateOutputPort("hand_command", self._command)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
+
+    def _decide(self, context: Context, state: State) -> None:
+        frame, leg, since = (int(v) for v in context.get_discrete_state(self._memory).value())
+        discrete = state.get_mutable_discrete_state()
+        if frame % FRAMES_PER_TICK == 0:
+            x, y, heading, speed, _ = self._car.Eval(context)
+            since += 1
+            place = self._places[leg]
+            if np.hypot(place[0] - x, place[1] - y) < 35 or since > 14:  # noqa: PLR2004
+                leg, since = min(leg + 1, len(self._places) - 1), 0
+                place = self._places[leg]
+            off = float(wrap_angle(np.arctan2(place[1] - y, place[0] - x) - heading))
+            wanted = self._speeds[leg]
+            throttle = (0.8 * wanted + 0.8 * wanted**2 / 90.0) / 90.0 + 0.03 * (wanted - speed)
+            tremble = self._tremble[min(frame // FRAMES_PER_TICK, len(self._tremble) - 1)]
+            axes = np.clip(np.array([self._gains[leg] * off, throttle]) + tremble, -1.0, 1.0)
+            discrete.set_value(self._command, self._hand_for_tilt(tilt_from_axes(axes)))
+        discrete.set_value(self._memory, [frame + 1, leg, since])
+
+
+def _correlated(white: FloatArray, keep: float, size: float) -> FloatArray:
+    """First-order correlated noise from white noise, shape (n, k)."""
+    out = np.zeros_like(white)
+    for i in range(1, len(white)):
+        out[i] = keep * out[i - 1] + size * white[i]
+    return out
+
+
+def record(
+    world: World,
+    prepare: Prepare,
+    commander: LeafSystem,
+    ticks: int,
+    objects: Sequence[str],
+    name: str,
+    hand: StateSpace,
+) -> Demonstration:
+    """Run a world under a demonstrator and tabulate what was measured at each tick.
+
+    Args:
+        world: the world.
+        prepare: puts it into its start state.
+        commander: sends hand commands.
+        ticks: transitions to record.
+        objects: whose measurements go into the table; commands are recorded if the robot is among them.
+        name: of the piece.
+        hand: the robot's state space.
+
+    Returns:
+        A table of ticks + 1 rows.
+    """
+    episode = Episode(world, commander, prepare)
+    episode.run(ticks)
+    log = episode.log()
+    rows = slice(0, None, FRAMES_PER_TICK)
+    count = len(log.times[rows])
+    data: dict[str, FloatArray] = {TIME: TICK * np.arange(count)}
+    units: dict[str, str] = {}
+    graph = world.graph
+    for obj in objects:
+        for i, variable in enumerate(graph.objects[obj].observable.variables):
+            data[column(obj, variable.name)] = log.measured[obj][rows, i]
+            units[column(obj, variable.name)] = variable.unit
+    if graph.root in objects:
+        # Logged just before the update of the same instant: the command in force from a row on is in the next frame.
+        after = np.minimum(np.arange(count) * FRAMES_PER_TICK + 1, len(log.times) - 1)
+        for i, variable in enumerate(hand.observable.variables):
+            data[column(COMMAND, variable.name)] = log.command[after, i]
+            units[column(COMMAND, variable.name)] = variable.unit
+    for edge in graph.interactions:
+        if edge.child in objects and edge.parent in objects:
+            index = graph.parents(edge.child).index(edge.parent)
+            data[edge.name] = log.active[edge.child][rows, index]
+    return Demonstration(pd.DataFrame(data), units, name)

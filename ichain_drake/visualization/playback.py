@@ -1,0 +1,211 @@
+"""A recording as one HTML file that plays anywhere, without a server and without a network."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Box, Meshcat, MeshcatParams, Rgba
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import Diagram
+
+from ichain_drake.errors import InputError
+from ichain_drake.visualization.html_page import playback_page
+from ichain_drake.visualization.output import write_whole
+from ichain_drake.visualization.plant_drawing import PlantDrawing
+from ichain_drake.visualization.recording import RATE, Episode, Recording
+from ichain_drake.visualization.scene import DRAWN, Drawing, EpisodeDrawing, Scene
+from ichain_drake.visualization.tracks import pack_animation
+
+FLOOR = Rgba(0.80, 0.82, 0.84)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where the playback is seen from at first, and what it stands on.
+
+    Attributes:
+        position: of the camera in the world [m].
+        target: what it looks at [m].
+        field_of_view: upright, from edge to edge [deg].
+        ground: height of the floor [m]; None for no floor.
+    """
+
+    position: tuple[float, float, float] = (0.5, -2.1, 0.95)
+    target: tuple[float, float, float] = (0.5, 0.0, 0.36)
+    field_of_view: float = 36.0
+    ground: float | None = 0.0
+
+
+def write_playback(
+    recording: Recording,
+    drawings: Mapping[str, Drawing],
+    file: Path,
+    *,
+    plant: Diagram | None = None,
+    camera: Camera | None = None,
+    gap: float = 1.0,
+) -> None:
+    """Write the playback of a recording.
+
+    Args:
+        recording: what happened.
+        drawings: how objects look, by name; objects without one appear in the read-out alone.
+        file: where to, ending in `.html`.
+        plant: the arm: a finalized plant with its scene graph, posed from the episodes' `plant_positions`.
+        camera: view to start with.
+        gap: pause between two episodes [s].
+
+    Raises:
+        InputError: if a drawing is for no object, the plant doesn't fit the recorded positions, or the file can't be
+            written.
+    """
+    if file.suffix != ".html":
+        raise InputError(f"{file}: a playback ends in .html")
+    unknown = [name for name in drawings if name not in recording.spaces]
+    if unknown:
+        raise InputError(f"drawing of {unknown[0]!r}: the recording's objects are {', '.join(recording.spaces)}")
+    if not file.parent.is_dir():
+        raise InputError(f"{file}: there is no folder {file.parent}; create it or give another")
+    arm = PlantDrawing(plant) if plant is not None else None
+    _check_positions(recording, arm)
+    with _quiet():
+        meshcat = Meshcat(MeshcatParams(host="127.0.0.1"))
+    scene = Scene(meshcat)
+    set_stage(scene, camera if camera is not None else Camera())
+    if arm is not None:
+        arm.setup(scene.under("plant"))
+    for name, drawing in drawings.items():
+        drawing.setup(scene.under(name))
+    for episode, start in zip(recording.episodes, recording.starts(gap), strict=True):
+        _record(scene, episode, start, drawings, arm)
+    animation = pack_animation(scene.tracks, RATE, round(recording.duration(gap) * RATE))
+    page = playback_page(meshcat, animation, _log(recording, drawings, scene, gap), f"{recording.scenario}: playback")
+    write_whole(file, page)
+
+
+def set_stage(scene: Scene, camera: Camera) -> None:
+    """Background, floor and camera."""
+    meshcat = scene.meshcat
+    meshcat.SetProperty("/Background/<object>", "top_color", [0.80, 0.86, 0.92])
+    meshcat.SetProperty("/Background/<object>", "bottom_color", [0.93, 0.94, 0.95])
+    meshcat.SetProperty("/Grid", "visible", False)
+    meshcat.SetProperty("/Axes", "visible", False)
+    # One lamp with shadows, so that one sees what stands on what; the others only fill in.
+    meshcat.SetProperty("/Lights/SpotLight", "visible", True)
+    meshcat.SetProperty("/Lights/SpotLight/<object>", "position", [-0.9, -1.9, 3.0])
+    meshcat.SetProperty("/Lights/SpotLight/<object>", "castShadow", True)
+    meshcat.SetProperty("/Lights/SpotLight/<object>", "penumbra", 0.6)
+    meshcat.SetProperty("/Lights/SpotLight/<object>", "intensity", 38.0)
+    meshcat.SetProperty("/Lights/PointLightNegativeX/<object>", "intensity", 6.0)
+    meshcat.SetProperty("/Lights/PointLightPositiveX/<object>", "intensity", 6.0)
+    if camera.ground is not None:
+        # A little below, as tables and objects often end exactly at the ground.
+        scene.shape("ground", Box(3.6, 2.4, 0.02), FLOOR, RigidTransform([0.5, 0.1, camera.ground - 0.0115]))
+    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=camera.field_of_view, near=0.05, far=30.0))
+    meshcat.SetCameraPose(camera.position, camera.target)
+
+
+def _check_positions(recording: Recording, arm: PlantDrawing | None) -> None:
+    for episode in recording.episodes:
+        q = episode.plant_positions
+        if arm is not None and q is None:
+            raise InputError(f"episode {episode.name}: a plant is to be drawn, but no plant_positions were recorded")
+        if arm is not None and q is not None and q.shape[1] != arm.num_positions:
+            raise InputError(
+                f"episode {episode.name}: plant_positions have {q.shape[1]} columns, the plant {arm.num_positions}"
+            )
+
+
+def _record(
+    scene: Scene, episode: Episode, start: float, drawings: Mapping[str, Drawing], arm: PlantDrawing | None
+) -> None:
+    """Keep the changes of one episode."""
+    times = start + np.arange(len(episode.times)) / RATE
+    parts = {name: scene.under(name) for name in [*drawings, "plant"]}
+    for name, drawing in drawings.items():
+        if isinstance(drawing, EpisodeDrawing):
+            drawing.begin_episode(parts[name], times, episode.states[name], episode.lines.get(name))
+    if start > 0:
+        # Until just before, everything stands still as the last episode left it.
+        scene.hold(start - 1 / RATE)
+    for k, time in enumerate(times):
+        for name, drawing in drawings.items():
+            drawing.update(parts[name], float(time), episode.states[name][k])
+        if arm is not None and episode.plant_positions is not None:
+            arm.update(parts["plant"], float(time), episode.plant_positions[k])
+
+
+def _log(recording: Recording, drawings: Mapping[str, Drawing], scene: Scene, gap: float) -> dict[str, Any]:
+    """What the page's read-out shows, as plain JSON values."""
+    episodes = recording.episodes
+    units: dict[str, str | None] = {}
+    for episode in episodes:
+        for label, readout in episode.readouts.items():
+            units.setdefault(label, None if readout.is_text else readout.unit)
+    legend = [entry for drawing in drawings.values() for entry in getattr(drawing, "legend", ())]
+    return {
+        "scenario": recording.scenario,
+        "physics": recording.physics,
+        "seed": recording.seed,
+        "rate": RATE,
+        "episodes": [
+            {"name": e.name, "start": start, "time": float(e.times[0]), "samples": len(e.times)}
+            for e, start in zip(episodes, recording.starts(gap), strict=True)
+        ],
+        "readouts": [
+            {
+                "label": label,
+                "unit": unit,
+                "values": [_column(e.readouts[label].values) if label in e.readouts else None for e in episodes],
+            }
+            for label, unit in units.items()
+        ],
+        "objects": [
+            {
+                "name": name,
+                "type": space.type,
+                "variables": [
+                    {
+                        "label": v.name,
+                        "unit": "" if v.unit == "1" else v.unit,
+                        "values": [_column(e.states[name][:, i]) for e in episodes],
+                    }
+                    for i, v in enumerate(space.variables)
+                ],
+            }
+            for name, space in recording.spaces.items()
+        ],
+        "growing": [path for path, tracks in scene.tracks.items() if any(t.kind is DRAWN for t in tracks)],
+        "legend": [{"label": label, "color": _css(color)} for label, color in legend],
+    }
+
+
+def _column(values: NDArray[np.float64] | list[str]) -> list[str] | list[float | None]:
+    """Values for JSON: three decimals are shown; NaN becomes null."""
+    if isinstance(values, list):
+        return values
+    return [float(v) if np.isfinite(v) else None for v in np.round(values, 3)]
+
+
+def _css(color: tuple[float, float, float] | Rgba) -> str:
+    rgb = (color.r(), color.g(), color.b()) if isinstance(color, Rgba) else color
+    return "#" + "".join(f"{round(255 * min(max(c, 0.0), 1.0)):02x}" for c in rgb[:3])
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep Drake from announcing the address of a Meshcat that nobody is to visit."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)

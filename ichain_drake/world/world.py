@@ -1,0 +1,93 @@
+"""From a graph and its objects to a Drake Diagram with the same nodes and edges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+
+from ichain_drake.errors import InputError
+from ichain_drake.graph import InteractionGraph
+from ichain_drake.objects.base import WorldObject
+
+
+class World(Diagram):
+    """The world of a scenario: the robot and the objects, wired along the interactions.
+
+    Systems carry the objects' names, and every interaction is one connection from the parent's `state` to the child's
+    input port of the parent's name. An object with a body is also connected to the robot's plant.
+
+    Ports: input `hand_command`; outputs `<object>.state`, `<object>.measured`, `<object>.valid` for every object and
+    the robot, `<object>.active` for every object.
+
+    Args:
+        graph: the interaction graph.
+        robot: the system at the root: ports `hand_command`, `state`, `measured`, `valid`, and `<object>_body`,
+            `<object>_touch` for every object that has a body.
+        objects: the other systems, by name.
+
+    Raises:
+        InputError: if the objects don't fit the graph; names the object and what differs.
+    """
+
+    def __init__(self, graph: InteractionGraph, robot: System, objects: Mapping[str, WorldObject]) -> None:
+        super().__init__()
+        self.graph = graph
+        self.robot = robot
+        self.objects = dict(objects)
+        _check_fit(graph, self.objects)
+
+        builder = DiagramBuilder()
+        builder.AddNamedSystem(graph.root, robot)
+        for name in graph.objects:
+            if name != graph.root:
+                builder.AddNamedSystem(name, self.objects[name])
+        for edge in graph.interactions:
+            builder.Connect(
+                self.system(edge.parent).GetOutputPort("state"), self.objects[edge.child].GetInputPort(edge.parent)
+            )
+        for name, system in self.objects.items():
+            if system.settings.body_size:
+                builder.Connect(robot.GetOutputPort(f"{name}_body"), system.GetInputPort("body"))
+                builder.Connect(robot.GetOutputPort(f"{name}_touch"), system.GetInputPort("touch"))
+        if robot.HasInputPort("hand_command"):
+            builder.ExportInput(robot.GetInputPort("hand_command"), "hand_command")
+        for name in graph.objects:
+            for port in ("state", "measured", "valid", "active"):
+                if self.system(name).HasOutputPort(port):
+                    builder.ExportOutput(self.system(name).GetOutputPort(port), f"{name}.{port}")
+        if robot.HasOutputPort("plant_positions"):
+            builder.ExportOutput(robot.GetOutputPort("plant_positions"), "plant_positions")
+        builder.BuildInto(self)
+        self.set_name("world")
+
+    def system(self, name: str) -> System:
+        """The system of an object or of the robot.
+
+        Raises:
+            InputError: if there is none of that name.
+        """
+        if name == self.graph.root:
+            return self.robot
+        if name not in self.objects:
+            raise InputError(f"the world has no object {name!r}; it has {', '.join(self.graph.objects)}")
+        return self.objects[name]
+
+
+def _check_fit(graph: InteractionGraph, objects: Mapping[str, WorldObject]) -> None:
+    wanted = [n for n in graph.objects if n != graph.root]
+    missing, extra = set(wanted) - set(objects), set(objects) - set(wanted)
+    if missing or extra:
+        raise InputError(f"objects and graph differ: {', '.join(sorted(missing | extra))} is in only one of them")
+    for name, system in objects.items():
+        if system.get_name() != name:
+            raise InputError(f"object {name} is a system named {system.get_name()!r}; give it the object's name")
+        if graph.objects[name] != system.state_space:
+            raise InputError(f"object {name}: the graph declares another state space than {type(system).__name__}'s")
+        if tuple(system.parents) != graph.parents(name):
+            raise InputError(
+                f"object {name} was built for parents {list(system.parents)}, the graph has {list(graph.parents(name))}"
+            )
+        for parent, space in system.parents.items():
+            if space != graph.objects[parent]:
+                raise InputError(f"object {name}: it expects another state space of its parent {parent}")
