@@ -48,14 +48,17 @@ class InteractionGraph:
         interactions: edges as `Interaction`, `(parent, child)` or `"parent->child"`.
 
     Raises:
-        InputError: on an edge to an unknown object, a doubled edge, a self loop, or if there is not exactly one
-            object without parents (the robot, paper sec. III: O_1).
+        InputError: on an object name that is empty or holds '->', an edge to an unknown object, a doubled edge, a self
+            loop, or if there is not exactly one object without parents (the robot, paper sec. III: O_1).
     """
 
     def __init__(
         self, objects: Mapping[str, StateSpace], interactions: Sequence[Interaction | tuple[str, str] | str]
     ) -> None:
         self.objects = dict(objects)
+        for name in self.objects:
+            if not name or "->" in name:
+                raise InputError(f"object name {name!r}: give a non-empty name without '->'")
         edges: list[Interaction] = []
         for item in interactions:
             if isinstance(item, str):
@@ -117,14 +120,18 @@ class InteractionGraph:
         Raises:
             InputError: if there is no such object.
         """
-        if target not in self.objects:
-            raise InputError(f"there is no object {target!r}; objects are {', '.join(self.objects)}")
+        self._require(target)
         return tuple(nx.shortest_path(self.digraph, self.root, target))
 
     def chains(self, target: str) -> tuple[tuple[str, ...], ...]:
-        """All simple chains from the robot to the target, shortest first."""
+        """All simple chains from the robot to the target, shortest first; errors as `chain`."""
+        self._require(target)
         paths = nx.all_simple_paths(self.digraph, self.root, target) if target != self.root else [[self.root]]
         return tuple(sorted((tuple(p) for p in paths), key=len))
+
+    def _require(self, name: str) -> None:
+        if name not in self.objects:
+            raise InputError(f"there is no object {name!r}; objects are {', '.join(self.objects)}")
 
     @cached_property
     def components(self) -> tuple[tuple[str, ...], ...]:
@@ -153,14 +160,21 @@ def write_drawing(dot: str, file: Path) -> None:
     """Write a DOT drawing as it is (`.dot`) or rendered by Graphviz (`.svg`, `.png`, `.pdf`).
 
     Raises:
-        InputError: if the ending is none of these, or `dot` is not installed for a rendered one.
+        InputError: if the ending is none of these, the file can't be written, or `dot` is not installed for a rendered
+            one.
     """
     if file.suffix == ".dot":
-        file.write_text(dot)
+        try:
+            file.write_text(dot)
+        except OSError as error:
+            raise InputError(f"{file}: can't write the drawing: {error.strerror or error}") from None
         return
     if file.suffix not in {".svg", ".png", ".pdf"}:
         raise InputError(f"{file}: a drawing ends in .svg, .png, .pdf or .dot")
     program = shutil.which("dot")
     if program is None:
         raise InputError(f"{file}: Graphviz is not installed (no `dot`); install graphviz or write a .dot file")
-    subprocess.run([program, f"-T{file.suffix[1:]}", "-o", str(file)], input=dot, text=True, check=True)
+    command = [program, f"-T{file.suffix[1:]}", "-o", str(file)]
+    done = subprocess.run(command, input=dot, text=True, capture_output=True, check=False)
+    if done.returncode:
+        raise InputError(f"{file}: can't write the drawing: {' '.join(done.stderr.split()) or 'dot failed'}")

@@ -19,7 +19,9 @@ def _block(seed: int, object_id: int, purpose: int, ids: tuple[int, ...], block:
     streams = [
         np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, object_id, purpose, i, block]))) for i in ids
     ]
-    return np.stack([s.standard_normal(_BLOCK) for s in streams], axis=1)
+    values = np.stack([s.standard_normal(_BLOCK) for s in streams], axis=1)
+    values.setflags(write=False)  # cached and shared: nobody may change it
+    return values
 
 
 class NoiseStream:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -77,7 +77,8 @@ def wrap_angle(angle: ArrayLike) -> FloatArray:
     Returns:
         The same shape [rad].
     """
-    return (np.asarray(angle, dtype=float) + math.pi) % (2 * math.pi) - math.pi
+    wrapped = (np.asarray(angle, dtype=float) + math.pi) % (2 * math.pi) - math.pi
+    return np.where(wrapped < math.pi, wrapped, -math.pi)  # the remainder of a tiny negative number rounds up to 2 pi
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,7 @@ class StateSpace:
     @cached_property
     def observable(self) -> StateSpace:
         """The state space without hidden variables: what is measured, demonstrated and learned."""
-        return StateSpace(self.type, tuple(v for v in self.variables if not v.hidden))
+        return self._part(self.observable_indices)
 
     @cached_property
     def observable_indices(self) -> NDArray[np.intp]:
@@ -205,5 +206,11 @@ class StateSpace:
         return value
 
     def subspace(self, names: Sequence[str]) -> StateSpace:
-        """The state space of some of the variables, in the order given."""
-        return StateSpace(self.type, tuple(self.variables[i] for i in self.indices(names)))
+        """The state space of some of the variables, in the order given; a role without its amount is dropped."""
+        return self._part(self.indices(names))
+
+    def _part(self, indices: NDArray[np.intp]) -> StateSpace:
+        kept = [self.variables[i] for i in indices]
+        names = {v.name for v in kept}
+        lost = [v for v in kept if v.role is not None and v.role.of and v.role.of not in names]
+        return StateSpace(self.type, tuple(replace(v, role=None) if v in lost else v for v in kept))

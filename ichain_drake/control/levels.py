@@ -180,9 +180,10 @@ class PredictiveLevel:
 
     def _error_metric(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
         """Weight matrices of the scaled error in each tick, (n, k, t, t): full across the motion, less along it."""
+        space = self.child_space.subspace([self.child_space.names[i] for i in self.targets])
         start = child[:, None, list(self.targets)]
         path = np.concatenate([start, wanted], axis=1)
-        motion = np.diff(path, axis=1)
+        motion = space.difference(path[:, 1:], path[:, :-1])
         motion[:, 0] = motion[:, min(1, motion.shape[1] - 1)]  # from the reference, not from where the child is
         motion = motion / self.target_scale
         length = np.linalg.norm(motion, axis=-1, keepdims=True)

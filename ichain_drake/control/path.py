@@ -35,8 +35,10 @@ def read_path(file: Path, columns: tuple[str, ...]) -> FloatArray:
         raise InputError(f"{file}: can't read the path: {str(error).splitlines()[0]}") from None
     table = table.rename(columns={c: str(c).split("[")[0].strip() for c in table.columns})
     for column in columns:
-        if column not in table:
-            raise InputError(f"{file}: column {column} is missing; a path has columns {', '.join(columns)}")
+        count = list(table.columns).count(column)
+        if count != 1:
+            what = "is missing" if count == 0 else "appears twice"
+            raise InputError(f"{file}: column {column} {what}; a path has columns {', '.join(columns)}")
     values = table[list(columns)].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
     check_points(values, str(file), columns)
     return values
@@ -104,10 +106,12 @@ class TimedPath:
     curvature: FloatArray = field(init=False)
     speed: FloatArray = field(init=False)
     time: FloatArray = field(init=False)
+    _spacing: float = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         points = resample(np.asarray(self.points, dtype=float), self.limits.spacing)
-        spacing = float(np.linalg.norm(points[1] - points[0]))
+        # The mean, not the first: a corner within the first step makes that one shorter.
+        spacing = float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
         tangent = np.gradient(points, axis=0)
         direction = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
         half = max(1, round(self.limits.smoothing / spacing / 2))
@@ -117,7 +121,7 @@ class TimedPath:
         nominal = self.limits.speed
         speed = nominal / np.sqrt(1.0 + (nominal * np.abs(curvature) / self.limits.turn_rate) ** 2)
         time = np.concatenate([[0.0], np.cumsum(2.0 * spacing / (speed[1:] + speed[:-1]))])
-        values = {"points": points, "direction": direction, "curvature": curvature, "speed": speed, "time": time}
+        values: dict[str, object] = {"_spacing": spacing, "points": points, "direction": direction, "curvature": curvature, "speed": speed, "time": time}
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -138,15 +142,13 @@ class TimedPath:
             progress: the last index.
             seconds: how far ahead to look, as a time at nominal speed [s].
         """
-        spacing = float(np.linalg.norm(self.points[1] - self.points[0]))
-        ahead = max(2, int(np.ceil(seconds * self.limits.speed / spacing)))
+        ahead = max(2, int(np.ceil(seconds * self.limits.speed / self._spacing)))
         window = self.points[progress : progress + ahead + 1]
         return progress + int(np.argmin(np.sum((window - position) ** 2, axis=1)))
 
     def completed(self, progress: int) -> bool:
         """Whether an index is within the tolerance of the end."""
-        spacing = float(np.linalg.norm(self.points[1] - self.points[0]))
-        return progress >= len(self.points) - 1 - self.limits.tolerance / spacing
+        return progress >= len(self.points) - 1 - self.limits.tolerance / self._spacing
 
 
 def path_error(executed: FloatArray, path: TimedPath) -> float:

@@ -87,13 +87,22 @@ class Demonstration:
 
 
 def _check_columns(demo: Demonstration, graph: InteractionGraph, objects: Sequence[str] | None) -> None:
+    unknown = [o for o in objects or () if o not in graph.objects]
+    if unknown:
+        raise InputError(f"{demo.name}: there is no object {unknown[0]!r}; objects are {', '.join(graph.objects)}")
+    if COMMAND in graph.objects:
+        raise InputError(f"{demo.name}: {COMMAND!r} stands for the hand's commands; give that object another name")
     if TIME not in demo.table:
         raise InputError(f"{demo.name}: column {TIME} is missing; give the time of each row in seconds")
+    doubled = demo.table.columns[demo.table.columns.duplicated()]
+    if len(doubled):
+        raise InputError(f"{demo.name}: column {doubled[0]} appears twice; remove one")
     known = {column(o, v.name): v.unit for o, s in graph.objects.items() for v in s.observable.variables}
     known |= {column(COMMAND, v.name): v.unit for v in graph.objects[graph.root].observable.variables}
+    known[TIME] = "s"
     flags = {e.name for e in graph.interactions}
     for name in demo.table.columns:
-        if name == TIME or name in flags:
+        if name in flags:
             continue
         if "->" in name:
             raise InputError(f"{demo.name}: {name} is no interaction of the graph; it has {', '.join(sorted(flags))}")
@@ -102,10 +111,10 @@ def _check_columns(demo: Demonstration, graph: InteractionGraph, objects: Sequen
         unit = demo.units.get(name, known[name])
         if unit != known[name]:
             raise InputError(f"{demo.name}: column {name} is in {unit}, but {known[name]} is needed; convert it")
-    for obj in graph.objects if objects is None else objects:
-        present = [v for v in graph.objects[obj].observable.names if column(obj, v) in demo.table]
-        wanted = graph.objects[obj].observable.names
-        if (objects is not None or present) and len(present) != len(wanted):
+    for obj in (*graph.objects, COMMAND):
+        wanted = graph.objects[graph.root if obj == COMMAND else obj].observable.names
+        present = [v for v in wanted if column(obj, v) in demo.table]
+        if (present or obj in (objects or ())) and len(present) != len(wanted):
             lost = next(v for v in wanted if v not in present)
             raise InputError(f"{demo.name}: column {column(obj, lost)} is missing")
     if not any(demo.has(o, s) for o, s in graph.objects.items()):
@@ -116,25 +125,29 @@ def _check_values(demo: Demonstration, graph: InteractionGraph) -> None:
     if len(demo.table) < 2:  # noqa: PLR2004
         raise InputError(f"{demo.name}: {len(demo.table)} rows; a piece needs at least 2")
     for name in demo.table.columns:
-        values = pd.to_numeric(demo.table[name], errors="coerce").to_numpy(dtype=float)
+        values = pd.to_numeric(demo.table[name], errors="coerce").to_numpy(dtype=float, na_value=np.nan)
         bad = ~np.isfinite(values)
         if bad.any():
             row = int(np.argmax(bad))
             raise InputError(
                 f"{demo.name}: line {row + 2}, column {name}: not a finite number; remove the row or mend it"
             )
-        if "->" in name and not np.isin(values, (0.0, 1.0)).all():
-            raise InputError(f"{demo.name}: column {name}: an active flag is 0 or 1")
+        odd = ~np.isin(values, (0.0, 1.0))
+        if "->" in name and odd.any():
+            row = int(np.argmax(odd))
+            raise InputError(
+                f"{demo.name}: line {row + 2}, column {name}: {values[row]:g} given; an active flag is 0 or 1"
+            )
     steps = np.diff(demo.table[TIME].to_numpy(dtype=float))
     if (steps <= 0).any():
         row = int(np.argmax(steps <= 0)) + 1
         what = "a doubled time" if steps[row - 1] == 0 else "a time before the previous one"
-        raise InputError(f"{demo.name}: line {row + 2}: {what}; sort the rows by time and remove doubles")
+        raise InputError(f"{demo.name}: line {row + 2}, column {TIME}: {what}; sort the rows by time and remove doubles")
     off = np.abs(steps - TICK) > _TIME_TOLERANCE * TICK
     if off.any():
         row = int(np.argmax(off)) + 1
         raise InputError(
-            f"{demo.name}: line {row + 2}: {steps[row - 1]:.4g} s since the previous row, {TICK:.4g} s needed; "
+            f"{demo.name}: line {row + 2}, column {TIME}: {steps[row - 1]:.4g} s since the previous row, {TICK:.4g} s needed; "
             "record at 3 Hz, or split the piece there"
         )
 
@@ -170,9 +183,9 @@ def read_demonstration(file: Path) -> Demonstration:
     """
     try:
         if file.suffix == ".csv":
-            table = pd.read_csv(file)
+            table = pd.read_csv(file, float_precision="round_trip")
             matches = {c: _UNIT.match(str(c)) for c in table.columns}
-            units = {m["name"]: m["unit"] for m in matches.values() if m and m["name"] != TIME}
+            units = {m["name"]: m["unit"] for m in matches.values() if m}
             table = table.rename(columns={c: m["name"] for c, m in matches.items() if m})
             return Demonstration(table, units, file.name)
         if file.suffix == ".parquet":
@@ -205,13 +218,16 @@ def write_demonstrations(pieces: Sequence[Demonstration], folder: Path) -> list[
     """Write pieces into a folder as `<name>.parquet`, making the folder if needed.
 
     Raises:
-        InputError: if the folder can't be made or written.
+        InputError: if the folder can't be made or written, or two pieces would get the same file.
     """
+    files = [folder / f"{Path(p.name).stem}.parquet" for p in pieces]
+    for file in files:
+        if files.count(file) > 1:
+            raise InputError(f"{file}: two pieces have this name; give each its own")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: can't make the folder: {error.strerror or error}") from None
-    files = [folder / f"{Path(p.name).stem}.parquet" for p in pieces]
     for piece, file in zip(pieces, files, strict=True):
         write_demonstration(piece, file)
     return files

@@ -27,6 +27,7 @@ class Transitions:
         parent: parent's state at t, shape (n, n_parent).
         parent_next: the same at t + 1: by default the action (paper sec. III).
         piece: index of the piece, shape (n,).
+        row: row of the piece's table in which the tick starts, shape (n,).
     """
 
     child_space: StateSpace
@@ -36,6 +37,7 @@ class Transitions:
     parent: FloatArray
     parent_next: FloatArray
     piece: NDArray[np.intp]
+    row: NDArray[np.intp]
 
     def __len__(self) -> int:
         return len(self.piece)
@@ -49,6 +51,7 @@ class Transitions:
             parent=self.parent[rows],
             parent_next=self.parent_next[rows],
             piece=self.piece[rows],
+            row=self.row[rows],
         )
 
     def child_ahead(self, ticks: int) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -62,9 +65,9 @@ class Transitions:
         """
         n = len(self)
         later = np.minimum(np.arange(n) + ticks - 1, n - 1)
-        # Row i + 1 continues row i when it starts where row i ended, within the same piece.
+        # By table rows, not by equal states: a child at rest is in the same state on both sides of a gap.
         joined = np.zeros(n, dtype=bool)
-        joined[:-1] = (self.piece[1:] == self.piece[:-1]) & (self.child[1:] == self.child_next[:-1]).all(axis=1)
+        joined[:-1] = (self.piece[1:] == self.piece[:-1]) & (self.row[1:] == self.row[:-1] + 1)
         broken = np.concatenate([[0], np.cumsum(~joined)])
         ok = (np.arange(n) + ticks - 1 < n) & (broken[later] == broken[np.arange(n)])
         return self.child_next[later], ok
@@ -95,15 +98,16 @@ def collect_transitions(
         flag = piece.table.get(interaction.name)
         on = np.ones(len(child), dtype=bool) if flag is None else flag.to_numpy(dtype=float) > 0.5  # noqa: PLR2004
         rows = on[:-1] & on[1:]
-        index = np.full(int(rows.sum()), number)
-        parts.append((child[:-1][rows], child[1:][rows], parent[:-1][rows], parent[1:][rows], index))
+        start = np.flatnonzero(rows)
+        index = np.full(len(start), number)
+        parts.append((child[:-1][rows], child[1:][rows], parent[:-1][rows], parent[1:][rows], index, start))
     if not parts or not sum(len(p[0]) for p in parts):
         raise InputError(
             f"{interaction.name}: no demonstration holds {interaction.parent} and {interaction.child} with the "
             "interaction active; record a piece that does"
         )
     joined = [np.concatenate(column_) for column_ in zip(*parts, strict=True)]
-    data = Transitions(child_space, parent_space, *joined[:4], joined[4].astype(np.intp))
+    data = Transitions(child_space, parent_space, *joined[:4], *(j.astype(np.intp) for j in joined[4:]))
     return data if limit is None else data.take(slice(limit))
 
 

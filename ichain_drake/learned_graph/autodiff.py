@@ -9,6 +9,38 @@ from numpy.typing import NDArray
 from pydrake.autodiffutils import AutoDiffXd
 
 from ichain_drake.learning.frozen.model import FrozenModel
+from ichain_drake.state import FloatArray
+
+
+def values_of(x: NDArray[Any]) -> FloatArray:
+    """The plain numbers in an array of floats or of `AutoDiffXd` (mixed, if need be), in the same shape."""
+    if x.dtype != object:
+        return x
+    floats = np.array([e.value() if isinstance(e, AutoDiffXd) else float(e) for e in x.ravel()])
+    return floats.reshape(x.shape)
+
+
+def chain_rule(value: FloatArray, jacobian: FloatArray, x: NDArray[Any]) -> NDArray[Any]:
+    """Put derivatives on a value that was computed in floats.
+
+    Args:
+        value: f at the plain numbers in x, shape (n_out,).
+        jacobian: df/dx there, shape (n_out, n_in).
+        x: inputs, shape (n_in,), AutoDiffXd; plain numbers and constants may be mixed in.
+
+    Returns:
+        AutoDiffXd, shape (n_out,), with exactly the given values; derivatives with respect to whatever x's are.
+    """
+    gradients = [e.derivatives() if isinstance(e, AutoDiffXd) else np.zeros(0) for e in x]
+    seeds = np.zeros((len(x), max((len(g) for g in gradients), default=0)))
+    for i, g in enumerate(gradients):
+        if len(g):  # a constant has an empty gradient
+            seeds[i] = g
+    chained = jacobian @ seeds
+    result = np.empty(len(value), dtype=object)
+    for o in range(len(value)):
+        result[o] = AutoDiffXd(value[o], chained[o])
+    return result
 
 
 def evaluate(frozen: FrozenModel, x: NDArray[Any]) -> NDArray[Any]:
@@ -29,17 +61,5 @@ def evaluate(frozen: FrozenModel, x: NDArray[Any]) -> NDArray[Any]:
     """
     if x.dtype != object:
         return frozen.value(x)
-    entries = x.ravel()
-    gradients = [e.derivatives() if isinstance(e, AutoDiffXd) else np.zeros(0) for e in entries]
-    n = max((len(g) for g in gradients), default=0)
-    floats = np.array([e.value() if isinstance(e, AutoDiffXd) else float(e) for e in entries])
-    value, jacobian = frozen.value_and_jacobian(floats.reshape(x.shape))
-    seeds = np.zeros((len(entries), n))
-    for i, g in enumerate(gradients):
-        if len(g):  # a constant has an empty gradient
-            seeds[i] = g
-    chained = jacobian @ seeds
-    result = np.empty(len(value), dtype=object)
-    for o in range(len(value)):
-        result[o] = AutoDiffXd(value[o], chained[o])
-    return result
+    value, jacobian = frozen.value_and_jacobian(values_of(x))
+    return chain_rule(value, jacobian, x)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import networkx as nx
 import numpy as np
 
 from ichain_drake.errors import IchainError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.models import ForwardModel
-from ichain_drake.state import FloatArray
+from ichain_drake.state import FloatArray, StateSpace
 
 
 class ActiveCycleError(IchainError):
@@ -32,7 +33,8 @@ def sweep_order(members: Sequence[str], active: Sequence[Interaction], time: flo
     while waiting:
         ready = next((n for n in waiting if not any(e.child == n and e.parent in waiting for e in inside)), None)
         if ready is None:
-            edges = ", ".join(e.name for e in inside if e.parent in waiting and e.child in waiting)
+            stuck = [(e.parent, e.child) for e in inside if e.parent in waiting and e.child in waiting]
+            edges = ", ".join(Interaction(*e).name for e in nx.find_cycle(nx.DiGraph(stuck)))
             when = "" if time is None else f" at t = {time:.3f} s"
             raise ActiveCycleError(f"active interactions form a cycle{when}: {edges}; deactivate one of them")
         waiting.remove(ready)
@@ -87,7 +89,7 @@ class LearnedGraphReference:
                 else:
                     value = model.predict(child, *parents)
                 effects.append(value)
-            after[name] = combine(self.graph, name, states[name], effects)
+            after[name] = combine(self.graph.objects[name].observable, states[name], effects)
         return after
 
     def tick_row(
@@ -105,17 +107,25 @@ class LearnedGraphReference:
                 for e in on
                 if e.child == name
             ]
-            after[name] = combine(self.graph, name, states[name], effects)
+            after[name] = combine(self.graph.objects[name].observable, states[name], effects)
         return after
 
 
-def combine(graph: InteractionGraph, name: str, state: FloatArray, effects: Sequence[FloatArray]) -> FloatArray:
-    """The next state from the predictions of each active interaction: their changes add up."""
+def combine(space: StateSpace, state: FloatArray, effects: Sequence[FloatArray]) -> FloatArray:
+    """The next state from the predictions of each active interaction: their changes add up.
+
+    Args:
+        space: the object's observable state space.
+        state: the object's state at t, shape (..., n_variables).
+        effects: its next state as each active interaction alone predicts it, same shape.
+
+    Returns:
+        Same shape; the state itself where nothing is active.
+    """
     if not effects:
         return state
     if len(effects) == 1:
         return effects[0]
-    space = graph.objects[name].observable
     total = state.copy()
     for value in effects:
         total = total + space.difference(value, state)

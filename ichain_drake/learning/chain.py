@@ -242,6 +242,13 @@ def learn_command(commands: FloatArray, states: FloatArray) -> FrozenModel | Non
     return None if best is None else freeze(best)
 
 
+def _largest_step(pieces: Sequence[Demonstration], graph: InteractionGraph) -> FloatArray:
+    """Largest change of the hand in one tick, shape (n_hand,); not across pieces, angles the short way round."""
+    space = graph.objects[graph.root].observable
+    states = [p.states(graph.root, space) for p in pieces if p.has(graph.root, space)]
+    return np.concatenate([np.abs(space.difference(s[1:], s[:-1])) for s in states]).max(axis=0)
+
+
 def learn_chain(
     pieces: Sequence[Demonstration],
     graph: InteractionGraph,
@@ -289,7 +296,7 @@ def learn_chain(
         commands, states = data
         command = learn_command(commands, states)
         lower, upper = commands.min(axis=0), commands.max(axis=0)
-        limit = np.abs(np.diff(states, axis=0)).max(axis=0)
+        limit = _largest_step(pieces, graph)
     space = graph.objects[target].observable
     seen = tuple(p.states(target, space) for p in pieces if p.has(target, space))
     return LearnedChain(

@@ -43,8 +43,10 @@ class EstimatorSpec:
                 return cls(tree.id)
             if not isinstance(tree, ast.Call) or not isinstance(tree.func, ast.Name) or tree.args:
                 raise ValueError(text)
+            if any(k.arg is None for k in tree.keywords):
+                raise ValueError(text)
             return cls(tree.func.id, {str(k.arg): ast.literal_eval(k.value) for k in tree.keywords})
-        except (SyntaxError, ValueError):
+        except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
             raise InputError(f"estimator {text!r}: write name or name(parameter=value, ...)") from None
 
     def make(self) -> Any:
@@ -121,16 +123,19 @@ def _fit(
     spec: EstimatorSpec, inputs: FloatArray, outputs: FloatArray, where: str
 ) -> tuple[FrozenModel, float, FloatArray]:
     if len(inputs) < 2 * _FOLDS:
-        raise InputError(f"{where}: {len(inputs)} transitions are too few to learn from; record at least {2 * _FOLDS}")
+        raise InputError(
+            f"{where}: {len(inputs)} transitions are too few for {spec}; record at least {2 * _FOLDS}"
+        )
     try:
         estimator = for_outputs(spec.make(), outputs.shape[1]).fit(inputs, outputs)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    std = cross_validated_std(estimator, inputs, outputs)
+        std = cross_validated_std(estimator, inputs, outputs)
+        frozen = freeze(estimator, residual_std=std)
+    except (ValueError, TypeError) as error:  # InputError is one; scikit-learn raises both on bad parameters
+        raise InputError(f"{where}: {spec}: {' '.join(str(error).split())[:300]}") from None
     spread = outputs.std(axis=0)
     moving = spread > 0
     score = float(np.mean(1.0 - (std[moving] / spread[moving]) ** 2)) if moving.any() else 1.0
-    return freeze(estimator, residual_std=std), score, std
+    return frozen, score, std
 
 
 def fit_forward(data: Transitions, spec: ForwardSpec, interaction: Interaction) -> Scored[ForwardModel, ForwardSpec]:

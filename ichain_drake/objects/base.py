@@ -188,11 +188,17 @@ class WorldObject(LeafSystem):
         if not np.isfinite(stepped).all():
             bad = self.state_space.names[int(np.argmin(np.isfinite(stepped)))]
             raise InputError(f"{self.get_name()}: step gave a non-finite {bad} at t = {context.get_time():.3f} s")
-        return stepped
+        return np.array(stepped, dtype=float)  # a step may return the state it was given, which belongs to the context
 
     def _initialize(self, context: Context, state: State) -> None:
-        """Modes as they are at the start: an event of t = 0 would come too late for whoever reads them before it."""
+        """Modes as they are at the start: an event of t = 0 would come too late for whoever reads them before it.
+
+        The sensor also gets a first value to hold, for a drop-out that begins at t = 0.
+        """
         self._decide(context, state, advance=False)
+        discrete = state.get_mutable_discrete_state()
+        noise = self._sensor_noise.at(int(self._value(context, self._clock)[0])) * self.settings.noise_scale
+        discrete.set_value(self._held, self.measure(discrete.value(self._state).copy(), noise))
 
     def _decide(self, context: Context, state: State, *, advance: bool = True) -> None:
         value = self._value(context, self._state).copy()

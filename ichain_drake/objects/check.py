@@ -9,6 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from ichain_drake.errors import IchainError
 from ichain_drake.objects.base import ObjectSettings, WorldObject
+from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME
 
 _OUTPUTS = ("state", "measured", "valid", "active")
@@ -28,9 +29,9 @@ def _require(condition: bool, name: str, message: str) -> None:
 def check_object(system: WorldObject) -> None:
     """Check everything that the library relies on in a world object.
 
-    Ports and their sizes, no feedthrough to `state`, a `step` that accepts leading batch dimensions and agrees with
-    itself row by row, a `measure` of the right shape, finite values, noise that is a function of the seed, and a
-    context that replays.
+    Ports and their sizes, no feedthrough to `state`, a `step` that draws no noise of its own, leaves its arguments
+    alone, accepts leading batch dimensions and agrees with itself row by row, a `measure` of the right shape, finite
+    values, noise that is a function of the seed, and a context that replays.
 
     Args:
         system: an object that is not yet part of a diagram. It is left as it was.
@@ -80,7 +81,26 @@ def _check_step(system: WorldObject, name: str) -> None:
     parents = {p: 0.01 * rng.standard_normal((*_BATCH, len(s))) for p, s in system.parents.items()}
     active = {p: np.ones(_BATCH) for p in system.parents}
     noise = rng.standard_normal((*_BATCH, system.process_noise_size))
-    result = system.step(states, parents, active, noise, FRAME)
+    # A batch of one, twice, before the real batch: a step that draws is not to be blamed on its vectorisation.
+    once = [_first_row(system, states, parents, active, noise) for _ in range(2)]
+    _require(np.shape(once[0]) == start.shape, name, f"step turned shape {start.shape} into {np.shape(once[0])}")
+    _require(
+        bool(np.array_equal(once[0], once[1], equal_nan=True)),
+        name,
+        "two steps from one state differ; draw no own noise, use the argument `noise`",
+    )
+    given = [a.copy() for a in (states, *parents.values(), noise)]
+    try:
+        result = system.step(states, parents, active, noise, FRAME)
+    except (ValueError, TypeError, IndexError) as error:
+        raise ContractError(
+            f"{name}: step fails on a batch ({str(error)[:80]}); vectorise over leading dimensions"
+        ) from error
+    _require(
+        all(np.array_equal(a, b) for a, b in zip(given, (states, *parents.values(), noise), strict=True)),
+        name,
+        "step changes the arrays that it is given; work on a copy",
+    )
     _require(np.shape(result) == states.shape, name, f"step turned shape {states.shape} into {np.shape(result)}")
     _require(bool(np.isfinite(result).all()), name, "step gave a value that is not finite")
     for index in np.ndindex(_BATCH):
@@ -102,6 +122,18 @@ def _check_step(system: WorldObject, name: str) -> None:
         start, {p: v[0, 0] for p, v in parents.items()}, dict.fromkeys(system.parents, False), None
     )
     _require(set(modes) == set(system.parents), name, "decide_active must decide on every parent, and on no other")
+
+
+def _first_row(
+    system: WorldObject,
+    states: FloatArray,
+    parents: dict[str, FloatArray],
+    active: dict[str, FloatArray],
+    noise: FloatArray,
+) -> FloatArray:
+    first = (0,) * len(_BATCH)
+    row = [{p: v[first].copy() for p, v in values.items()} for values in (parents, active)]
+    return np.array(system.step(states[first].copy(), row[0], row[1], noise[first].copy(), FRAME), dtype=float)
 
 
 def _check_replay(system: WorldObject, name: str) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
+
+from pydrake.systems.framework import Diagram
 
 from ichain_drake.control.path import PathLimits, TimedPath
 from ichain_drake.demonstrations.table import Demonstration
@@ -61,8 +63,20 @@ class Scenario(ABC):
         """The interaction graph, from the configuration."""
 
     @abstractmethod
-    def record_demonstrations(self, progress: Progress | None = None) -> list[Demonstration]:
-        """Record the scripted demonstrations in this scenario's physics."""
+    def record_demonstrations(self, progress: Progress | None = None) -> Iterator[Demonstration]:
+        """Record the scripted demonstrations in this scenario's physics, piece by piece.
+
+        Raises:
+            RecordingInterrupted: on Ctrl-C, with what was recorded of the piece.
+        """
+
+    @abstractmethod
+    def drawings(self) -> Mapping[str, Any]:
+        """How objects look in a playback, by name (see `visualization.Drawing`)."""
+
+    def drawn_plant(self) -> Diagram | None:
+        """A diagram with the plant whose positions are logged; None where there is none."""
+        return None
 
     def given(self) -> dict[str, Any]:
         """What the scenario declares instead of learning, for the report."""
@@ -102,6 +116,14 @@ class PathScenario(Scenario):
     @abstractmethod
     def robot_seconds(self) -> Mapping[str, float]:
         """Simulated robot time that recording took for each interaction [s]."""
+
+    @abstractmethod
+    def monolithic_demonstration(self, count: int) -> Demonstration:
+        """Transitions of the robot's hand and the target alone, for a model that knows nothing in between."""
+
+    @abstractmethod
+    def command_range(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest hand command that makes sense here, for the oracle, shape (n_hand,) each."""
 
     def target_indices(self) -> tuple[int, ...]:
         """Indices of the target variables in the last object's observable state."""

@@ -5,29 +5,31 @@ candidate lists of `models/scenarios/car_game.yaml`. Everything else is learned.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from pydrake.common.schema import Rotation, Transform
-from pydrake.math import RollPitchYaw
-from pydrake.systems.framework import Context
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.systems.framework import Context, Diagram
 
 from ichain_drake.control.path import PathLimits, TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects import Car, Joystick, JoystickMount, ObjectSettings
-from ichain_drake.objects.joystick import tilt_from_axes
-from ichain_drake.robot import BodySpec, build_robot
+from ichain_drake.objects.joystick import JoystickDrawing, tilt_from_axes
+from ichain_drake.robot import BodySpec, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import PathScenario, Progress
-from ichain_drake.scenarios.car_game_demonstrations import Driver, Player, record
+from ichain_drake.scenarios.car_game_demonstrations import Driver, Player
 from ichain_drake.scenarios.config import PathConfig, ScenarioConfig
 from ichain_drake.scenarios.episode import Prepare
+from ichain_drake.scenarios.recorder import record
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
+from ichain_drake.visualization import GameScreen, HandDrawing
 from ichain_drake.world.world import World
 
 HAND, JOYSTICK, CAR = "hand", "joystick", "car"
@@ -123,6 +125,31 @@ class CarGame(PathScenario):
         """The hand's play takes the robot's time; watching a person drive does not (paper sec. I)."""
         return {"hand->joystick": self.config.learning.samples * TICK, "joystick->car": 0.0}
 
+    def drawings(self) -> Mapping[str, Any]:
+        """The game's screen behind the table; hand and joystick too where no plant shows them."""
+        turn = RotationMatrix.MakeZRotation(-0.35) @ RotationMatrix.MakeXRotation(math.pi / 2)
+        X_WS = RigidTransform(turn, [1.12, 0.22, 0.5])
+        size = (int(self.size[0]), int(self.size[1]))
+        drawings: dict[str, Any] = {CAR: GameScreen(size, 0.001, X_WS, stand=0.2, ghost_period=4.0)}
+        if self.physics != "contact":
+            drawings[JOYSTICK] = JoystickDrawing(self.config.joystick.mount())
+        if self.physics == "ideal":
+            spec = self.config.robot.hand
+            drawings[HAND] = HandDrawing(lambda state: (hand_pose(spec.full(state)), 0.03))
+        return drawings
+
+    def drawn_plant(self) -> Diagram | None:
+        """The arm, and in `contact` the joystick."""
+        if self.physics == "ideal":
+            return None
+        world, _ = self.build_world(Car.state_space.clip(np.zeros(len(Car.state_space))), self.config.start.axes, 0)
+        return world.robot if isinstance(world.robot, Diagram) else None
+
+    def command_range(self) -> tuple[FloatArray, FloatArray]:
+        """The square that the hand plays in."""
+        middle, reach = np.array(self.config.joystick.pivot[:2]), self.config.play.reach
+        return middle - reach, middle + reach
+
     def make_world(self, path: TimedPath, run: int) -> tuple[World, Prepare]:
         """The car on the path's first point, along it, at its nominal speed; the stick as configured."""
         rng = np.random.default_rng([self.seed, run, _IDS[CAR]])
@@ -179,7 +206,7 @@ class CarGame(PathScenario):
         knob = self.config.joystick.mount().knob_from_tilt(tilt)
         return knob[..., :2]
 
-    def record_demonstrations(self, progress: Progress | None = None) -> list[Demonstration]:
+    def record_demonstrations(self, progress: Progress | None = None) -> Iterator[Demonstration]:
         """Link one: the hand plays with the joystick. Link two: a scripted driver, standing in for a person, drives.
 
         The driver holds the stick himself, without the arm, moving it as a tick moves the hand.
@@ -187,19 +214,17 @@ class CarGame(PathScenario):
         count = self.config.learning.samples
         if progress:
             progress(f"hand->joystick: playing with the joystick, {count} hand positions ({self.physics})")
-        play = self.record_play(count)
+        yield self.record_play(count)
         if progress:
             progress(f"joystick->car: a scripted driver at the stick, {count} transitions")
-        drive = self.record_drive(count, physics="ideal", objects=(JOYSTICK, CAR))
-        return [play, drive]
+        yield self.record_drive(count, physics="ideal", objects=(JOYSTICK, CAR))
 
     def record_play(self, count: int) -> Demonstration:
         """The hand tries positions around the joystick by itself (paper sec. IV)."""
         middle = np.array(self.config.joystick.pivot[:2])
         player = Player(middle, self.config.play.reach, self.config.play.step, count, [self.seed, 1])
-        world, prepare = self.build_world(Car.state_space.clip(np.array([400.0, 300, 0, 0, 0, 0])), [0.0, 0.0], 901)
-        hand = self.graph.objects[HAND]
-        return record(world, prepare, player, count, (HAND, JOYSTICK), "play", hand)
+        world, prepare = self.build_world(np.array([400.0, 300.0, 0.0, 0.0, 0.0, 0.0]), [0.0, 0.0], 901)
+        return record(world, prepare, player, count, (HAND, JOYSTICK), "play")
 
     def record_drive(
         self, count: int, physics: str | None = None, objects: tuple[str, ...] = (HAND, JOYSTICK, CAR), run: int = 902
@@ -214,7 +239,11 @@ class CarGame(PathScenario):
         """
         driver = Driver(self.hand_for_tilt, self.size, count, [self.seed, run])
         world, prepare = self.build_world(np.array([400.0, 300.0, 0.5, 20.0, 0.0, 0.0]), [0.0, 0.0], run, physics)
-        return record(world, prepare, driver, count, objects, "drive", self.graph.objects[HAND])
+        return record(world, prepare, driver, count, objects, "drive")
+
+    def monolithic_demonstration(self, count: int) -> Demonstration:
+        """The driver again, but with the robot's hand, in this scenario's physics."""
+        return self.record_drive(count, None, (HAND, CAR), 903)
 
 
 def reference_paths(points: int = 4000) -> dict[str, FloatArray]:

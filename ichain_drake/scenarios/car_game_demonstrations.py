@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import pandas as pd
 from pydrake.systems.framework import Context, LeafSystem, State
 
-from ichain_drake.demonstrations.table import COMMAND, TIME, Demonstration, column
 from ichain_drake.objects.joystick import tilt_from_axes
-from ichain_drake.scenarios.episode import Episode, Prepare
-from ichain_drake.state import FloatArray, StateSpace, wrap_angle
-from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
-from ichain_drake.world.world import World
+from ichain_drake.state import FloatArray, wrap_angle
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
 HandForTilt = Callable[[FloatArray], FloatArray]
 
@@ -114,51 +110,3 @@ def _correlated(white: FloatArray, keep: float, size: float) -> FloatArray:
     for i in range(1, len(white)):
         out[i] = keep * out[i - 1] + size * white[i]
     return out
-
-
-def record(
-    world: World,
-    prepare: Prepare,
-    commander: LeafSystem,
-    ticks: int,
-    objects: Sequence[str],
-    name: str,
-    hand: StateSpace,
-) -> Demonstration:
-    """Run a world under a demonstrator and tabulate what was measured at each tick.
-
-    Args:
-        world: the world.
-        prepare: puts it into its start state.
-        commander: sends hand commands.
-        ticks: transitions to record.
-        objects: whose measurements go into the table; commands are recorded if the robot is among them.
-        name: of the piece.
-        hand: the robot's state space.
-
-    Returns:
-        A table of ticks + 1 rows.
-    """
-    episode = Episode(world, commander, prepare)
-    episode.run(ticks)
-    log = episode.log()
-    rows = slice(0, None, FRAMES_PER_TICK)
-    count = len(log.times[rows])
-    data: dict[str, FloatArray] = {TIME: TICK * np.arange(count)}
-    units: dict[str, str] = {}
-    graph = world.graph
-    for obj in objects:
-        for i, variable in enumerate(graph.objects[obj].observable.variables):
-            data[column(obj, variable.name)] = log.measured[obj][rows, i]
-            units[column(obj, variable.name)] = variable.unit
-    if graph.root in objects:
-        # Logged just before the update of the same instant: the command in force from a row on is in the next frame.
-        after = np.minimum(np.arange(count) * FRAMES_PER_TICK + 1, len(log.times) - 1)
-        for i, variable in enumerate(hand.observable.variables):
-            data[column(COMMAND, variable.name)] = log.command[after, i]
-            units[column(COMMAND, variable.name)] = variable.unit
-    for edge in graph.interactions:
-        if edge.child in objects and edge.parent in objects:
-            index = graph.parents(edge.child).index(edge.parent)
-            data[edge.name] = log.active[edge.child][rows, index]
-    return Demonstration(pd.DataFrame(data), units, name)

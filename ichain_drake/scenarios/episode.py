@@ -46,6 +46,18 @@ class EpisodeLog:
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
+class EpisodeInterrupted(KeyboardInterrupt):
+    """Ctrl-C in the middle of an episode.
+
+    Attributes:
+        log: what was logged up to then.
+    """
+
+    def __init__(self, log: EpisodeLog) -> None:
+        super().__init__("interrupted")
+        self.log = log
+
+
 class Episode:
     """A world with whatever sends its hand commands, wired, logged and ready to run.
 
@@ -163,6 +175,9 @@ def follow_path(
 
     Returns:
         The log, and whether the path was completed.
+
+    Raises:
+        EpisodeInterrupted: on Ctrl-C, with the log up to then.
     """
     episode = Episode(world, controller, prepare, path, followed, targets, truth, controller.policy.lookahead)
     allowed = int(np.ceil((1.6 * path.time[-1] + 5.0) / TICK))
@@ -180,5 +195,8 @@ def follow_path(
         completed = path.completed(reached)
         return completed or bool(np.linalg.norm(path.points[reached] - position) > lost)
 
-    episode.run(allowed, over)
+    try:
+        episode.run(allowed, over)
+    except KeyboardInterrupt:
+        raise EpisodeInterrupted(episode.log()) from None
     return episode.log(), completed

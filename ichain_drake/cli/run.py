@@ -1,0 +1,189 @@
+"""The commands `run`, `learn` and `graph`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from ichain_drake.cli.console import Reporter
+from ichain_drake.errors import InputError
+from ichain_drake.graph import write_drawing
+from ichain_drake.scenarios import PathScenario, Scenario
+from ichain_drake.scenarios.path_output import prepare_folder, write_pictures, write_recording, write_report
+from ichain_drake.scenarios.path_run import PathRun, choose_paths, data_hash, run_paths
+
+
+@dataclass(frozen=True)
+class RunFiles:
+    """Where a run writes.
+
+    Attributes:
+        folder: for whatever is not named below.
+        record: the playback; default `playback.html` in the folder.
+        report: the report; `-` for stdout; default `report.json` in the folder.
+    """
+
+    folder: Path
+    record: Path | None = None
+    report: str | None = None
+
+    @property
+    def playback(self) -> Path:
+        """File of the playback."""
+        return self.record or self.folder / "playback.html"
+
+    def prepare(self) -> None:
+        """Make sure that everything can be written before the work starts.
+
+        Raises:
+            InputError: naming the folder that can't.
+        """
+        if self.record is not None and self.record.suffix != ".html":
+            raise InputError(f"--record {self.record}: a playback ends in .html")
+        for folder in {self.folder, self.playback.parent, self._report_folder()}:
+            prepare_folder(folder)
+
+    def _report_folder(self) -> Path:
+        return self.folder if self.report in (None, "-") else Path(self.report).parent  # type: ignore[arg-type]
+
+
+def run_path_scenario(  # noqa: PLR0917
+    scenario: PathScenario,
+    files: RunFiles,
+    path: Path | None,
+    names: list[str],
+    demos: Path | None,
+    library: Path | None,
+    *,
+    oracle: bool,
+) -> int:
+    """`ichain run` for a scenario that follows paths.
+
+    Returns:
+        The exit status: 0 if every path was completed, else 1; 130 if interrupted.
+
+    Raises:
+        InputError: on bad input.
+    """
+    if path is not None and names:
+        raise InputError("--path and --paths: give one of the two")
+    started = PathRun(scenario, choose_paths(scenario, names, path))
+    files.prepare()
+    known = None
+    if library is not None:
+        from ichain_drake.learning.library import load_links
+
+        known = load_links(library, scenario.graph, scenario.graph.chain(scenario.target), scenario.target_variables)
+    interrupted = False
+    with Reporter() as say:
+        try:
+            run_paths(
+                started, demos=demos, keep_demos=files.folder / "demonstrations", known=known, oracle=oracle, progress=say
+            )
+        except KeyboardInterrupt:
+            interrupted = True
+        say("writing report, playback and pictures")
+        written = _write_all(started, files)
+    if files.report != "-":
+        _print_results(started, written)
+    if interrupted:
+        print("ichain: interrupted; what was done so far is kept", file=sys.stderr)
+        return 130
+    return 0 if started.goal_reached else 1
+
+
+def _write_all(run: PathRun, files: RunFiles) -> list[Path]:
+    """Report first: it is small and says most."""
+    written: list[Path] = []
+    report = run.report()
+    if files.report == "-":
+        print(json.dumps(report, indent=2, allow_nan=False))
+    else:
+        file = Path(files.report) if files.report else files.folder / "report.json"
+        write_report(report, file)
+        written.append(file)
+    if run.results:
+        write_recording(run, files.playback)
+        written.append(files.playback)
+        written += write_pictures(run, files.folder)
+    return written
+
+
+def _print_results(run: PathRun, written: list[Path]) -> None:
+    unit = run.scenario.unit
+    table = Table("path", "completed", f"mean error ({unit})", f"oracle ({unit})", f"paper's metric ({unit})", box=None)
+    for result in run.results:
+        oracle = "" if result.oracle_error != result.oracle_error else f"{result.oracle_error:.3f}"
+        done = "yes" if result.completed else "no"
+        table.add_row(result.name, done, f"{result.error:.3f}", oracle, f"{result.paper_metric:.3f}")
+    Console().print(table)
+    print(f"{run.reason}; {run.scenario.name}, {run.scenario.physics} physics, seed {run.scenario.seed}")
+    for file in written:
+        print(f"written: {file}")
+
+
+def learn_library(scenario: PathScenario, demos: Path, library: Path) -> None:
+    """`ichain learn`: learn all links from demonstrations and save them.
+
+    Raises:
+        InputError: on bad demonstrations, or a library that can't be written.
+    """
+    from ichain_drake.demonstrations import read_demonstrations
+    from ichain_drake.learning.chain import learn_chain
+    from ichain_drake.learning.library import save_chain
+
+    pieces = read_demonstrations(demos, scenario.graph)
+    prepare_folder(library)
+    with Reporter() as say:
+        candidates = scenario.config.learning.candidates()
+        chain = learn_chain(
+            pieces, scenario.graph, scenario.target, scenario.target_variables, candidates, progress=say
+        )
+    save_chain(chain, library, scenario.name, data_hash(pieces))
+    for link in chain.links:
+        print(f"{link.interaction.name}: {link.forward.samples} samples, score {link.forward.score:.4f}, {link.forward.spec}")
+
+
+def draw_graph(scenario: Scenario, file: Path | None, *, diagram: bool) -> str:
+    """`ichain graph`: draw into a file, or give text.
+
+    Returns:
+        What to print.
+
+    Raises:
+        InputError: on an unknown ending, or without Graphviz for a rendered one.
+    """
+    if diagram:
+        if not isinstance(scenario, PathScenario):
+            raise InputError(f"{scenario.name} has no diagram to draw")
+        path = next(iter(choose_paths(scenario).values()))
+        world, _ = scenario.make_world(path, 0)
+        dot, text = world.GetGraphvizString(max_depth=1), "\n".join(s.get_name() for s in world.GetSystems())
+    else:
+        dot, text = scenario.graph.dot(), scenario.graph.text()
+    if file is None:
+        return text
+    write_drawing(dot, file)
+    return f"written: {file}"
+
+
+def deliver_report(report: dict[str, Any], file: str | None, text: str) -> None:
+    """Print a table and write the report beside it; `-` prints the JSON to stdout and nothing else.
+
+    Raises:
+        InputError: if the file can't be written.
+    """
+    if file == "-":
+        print(json.dumps(report, indent=2, allow_nan=False))
+        return
+    print(text)
+    if file is not None:
+        prepare_folder(Path(file).parent)
+        write_report(report, Path(file))
+        print(f"written: {file}")

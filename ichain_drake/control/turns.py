@@ -1,0 +1,59 @@
+"""How sharply the demonstrations turned, and whether a path asks for more."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ichain_drake.control.path import TimedPath
+from ichain_drake.errors import InputError
+from ichain_drake.learning.chain import LearnedChain
+from ichain_drake.learning.features import planar_poses
+from ichain_drake.state import wrap_angle
+from ichain_drake.timing import TICK
+
+_SPEED_BAND = 0.3  # transitions within this fraction of a speed count as that speed
+_QUANTILE = 0.98  # the sharpest few are noise
+_WINDOW = 30.0  # length over which a path's turn is measured, in its unit
+_FEWEST = 8
+
+
+def check_turns(path: TimedPath, chain: LearnedChain, where: str, unit: str) -> None:
+    """Refuse a path that turns more tightly than anything in the demonstrations at that speed.
+
+    Nothing is checked for an object without a heading, or at speeds that the demonstrations hardly show.
+
+    Args:
+        path: the timed path.
+        chain: the learned chain, with the demonstrated trajectories of its last object.
+        where: what to call the path in the error.
+        unit: of its coordinates.
+
+    Raises:
+        InputError: naming the point, its radius and the limit.
+    """
+    space = chain.graph.objects[chain.names[-1]].observable
+    poses = [p for p in planar_poses(space) if set(p[:2]) == set(chain.targets)]
+    if not poses:
+        return
+    x, y, h = poses[0]
+    moves = np.concatenate([np.diff(piece[:, [x, y]], axis=0) for piece in chain.validation])
+    turns = np.concatenate([wrap_angle(np.diff(piece[:, h])) for piece in chain.validation])
+    length = np.linalg.norm(moves, axis=1)
+    speed = length / TICK
+    spacing = float(np.linalg.norm(path.points[1] - path.points[0]))
+    half = max(1, round(_WINDOW / spacing / 2))
+    padded = np.pad(np.gradient(path.direction) / spacing, half, mode="edge")
+    curvature = np.abs(np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid"))
+    step = max(1, half // 2)
+    for i in range(0, len(curvature), step):
+        near = np.abs(speed - path.speed[i]) < _SPEED_BAND * path.speed[i]
+        if near.sum() < _FEWEST or curvature[i] <= 0:
+            continue
+        sharpest = float(np.quantile(np.abs(turns[near]) / length[near], _QUANTILE))
+        if curvature[i] > sharpest:
+            px, py = path.points[i]
+            raise InputError(
+                f"{where}: at ({px:.0f}, {py:.0f}) it turns with a radius of {1 / curvature[i]:.1f} {unit}; the "
+                f"tightest turn in the demonstrations at {path.speed[i]:.0f} {unit}/s is {1 / sharpest:.1f} {unit}; "
+                "widen the turn, or lower path.speed"
+            )

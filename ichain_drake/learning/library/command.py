@@ -1,0 +1,24 @@
+"""What was learned about commanding the hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ichain_drake.learning.frozen import FrozenModel
+from ichain_drake.state import FloatArray
+
+
+@dataclass(frozen=True)
+class LearnedCommand:
+    """The parts of a learned chain that belong to the robot, saved with the link whose parent it is.
+
+    Attributes:
+        map: from a wanted hand state to the command that reaches it, or None where they are the same.
+        lower, upper: range of the commands, shape (n_hand,).
+        hand_limit: largest change of the hand in one tick, shape (n_hand,).
+    """
+
+    map: FrozenModel | None
+    lower: FloatArray
+    upper: FloatArray
+    hand_limit: FloatArray

@@ -1,0 +1,195 @@
+"""The manifest of a saved link: its form, its checksums, and the state spaces that it describes."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, get_args
+
+from ichain_drake.errors import InputError
+from ichain_drake.learning.features import FeatureKind
+from ichain_drake.learning.library.files import MANIFEST, is_weights_name, sha256
+from ichain_drake.learning.library.form import Keyed, Nullable, find_misfit, is_form, refusal
+from ichain_drake.learning.models import ActionKind
+from ichain_drake.state import Kind, Role, RoleKind, StateSpace, Variable
+
+FORMAT = 1
+"""Version of the format; one more whenever a reader of the earlier one would misread it."""
+
+TIME_CONVENTION = "states at t and t + 1 are one period apart; action next: the parent at t + 1, current: at t"
+
+_SHA256 = re.compile(r"[0-9a-f]{64}")
+_NUMBERS = [float]
+_SPACE = {
+    "type": str,
+    "variables": [
+        {
+            "name": str,
+            "unit": str,
+            "kind": get_args(Kind),
+            "role": Nullable({"kind": get_args(RoleKind), "frame": str, "axis": str, "of": str}),
+            "lower": Nullable(float),
+            "upper": Nullable(float),
+        }
+    ],
+}
+_MODEL = {
+    "estimator": str,
+    "features": get_args(FeatureKind),
+    "action": get_args(ActionKind),
+    "score": float,
+    "residual_std": _NUMBERS,
+    "samples": int,
+    "kind": str,
+    "file": is_weights_name,
+}
+_FORM = {
+    "format": int,
+    "interaction": str,
+    "source": str,
+    "period": float,
+    "time": str,
+    "parent": _SPACE,
+    "child": _SPACE,
+    "targets": [str],
+    "forward": _MODEL,
+    "inverses": [_MODEL | {"aim": int, "parent_lower": _NUMBERS, "parent_upper": _NUMBERS}],
+    "child_limit": _NUMBERS,
+    "child_scale": _NUMBERS,
+    "parent_lower": _NUMBERS,
+    "parent_upper": _NUMBERS,
+    "parent_scale": _NUMBERS,
+    "command": Nullable(
+        {
+            "map": Nullable({"kind": str, "file": is_weights_name}),
+            "lower": _NUMBERS,
+            "upper": _NUMBERS,
+            "hand_limit": _NUMBERS,
+        }
+    ),
+    "robot_seconds": float,
+    "versions": Keyed(str, str),
+    "demonstrations_sha256": _SHA256,
+    "files": Keyed(is_weights_name, _SHA256),
+    "checksums": Keyed(str, _SHA256),
+}
+
+
+def _checksum(value: Any) -> str:
+    return sha256(json.dumps(value, sort_keys=True, allow_nan=False).encode())
+
+
+def write_manifest(fields: Mapping[str, Any], where: str) -> bytes:
+    """A manifest as the bytes of its file.
+
+    Args:
+        fields: all but `format` and `checksums`.
+        where: what to call the link in errors.
+
+    Raises:
+        InputError: if a field hasn't the form that `read_manifest` wants, such as a NaN.
+    """
+    content = {"format": FORMAT, **fields}
+    misfit = find_misfit(content | {"checksums": {}}, _FORM)
+    if misfit:
+        raise InputError(f"{where} can't be saved: {misfit[0]}: {misfit[1]}")
+    content["checksums"] = {name: _checksum(value) for name, value in content.items()}
+    return (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is no number")
+
+
+def read_manifest(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
+    """The manifest of a link, checked in itself and against the weight files beside it.
+
+    Args:
+        files: from `read_files`.
+        folder: named in errors.
+
+    Raises:
+        InputError: if it is truncated, of another format version, edited, or doesn't belong to the weight files;
+            names the field or file.
+    """
+    where = str(folder / MANIFEST)
+    try:
+        content = json.loads(files[MANIFEST].decode(), parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{where}: is no complete JSON file ({error}); save the link anew") from None
+    version = content.get("format") if isinstance(content, dict) else None
+    if version is not None and is_form(version, int) and version > FORMAT:
+        raise InputError(
+            f"{where}: format {version} is newer than {FORMAT}, the newest that this version reads; "
+            "update ichain_drake or save the link with this version"
+        )
+    if version is not None and is_form(version, int) and version < FORMAT:
+        raise InputError(f"{where}: format {version} is unknown; the first is 1: save the link anew")
+    misfit = find_misfit(content, _FORM)
+    if misfit:
+        raise refusal(where, *misfit)
+    for name, value in content.items():
+        if name != "checksums" and content["checksums"].get(name) != _checksum(value):
+            raise refusal(where, name, "does not match its checksum")
+    _check_weights(content, files, folder)
+    return content
+
+
+def _check_weights(content: dict[str, Any], files: Mapping[str, bytes], folder: Path) -> None:
+    used = [model["file"] for model in (content["forward"], *content["inverses"])]
+    if content["command"] is not None and content["command"]["map"] is not None:
+        used.append(content["command"]["map"]["file"])
+    for name in used:
+        if used.count(name) > 1 or name not in content["files"]:
+            raise refusal(str(folder / MANIFEST), "files", f"{name} is not there exactly once")
+    for name in sorted({*files, *content["files"], *used} - {MANIFEST}):
+        if name not in files:
+            raise InputError(f"{folder / name}: is missing; save the link anew")
+        if name not in used:
+            raise InputError(f"{folder / name}: is no part of this link and is not opened; remove it")
+        if sha256(files[name]) != content["files"][name]:
+            raise InputError(
+                f"{folder / name}: its sha256 is not the manifest's; the file is damaged or was edited: "
+                "save the link anew"
+            )
+
+
+def space_fields(space: StateSpace) -> dict[str, Any]:
+    """A state space's observable variables for a manifest; an infinite bound is null."""
+    return {
+        "type": space.type,
+        "variables": [
+            {
+                "name": v.name,
+                "unit": v.unit,
+                "kind": v.kind,
+                "role": v.role and {"kind": v.role.kind, "frame": v.role.frame, "axis": v.role.axis, "of": v.role.of},
+                "lower": v.lower if math.isfinite(v.lower) else None,
+                "upper": v.upper if math.isfinite(v.upper) else None,
+            }
+            for v in space.observable.variables
+        ],
+    }
+
+
+def space_from(fields: Mapping[str, Any]) -> StateSpace:
+    """The state space that `space_fields` described.
+
+    Raises:
+        InputError: if it can't be one, such as a doubled name.
+    """
+    variables = [
+        Variable(
+            v["name"],
+            v["unit"],
+            -math.inf if v["lower"] is None else v["lower"],
+            math.inf if v["upper"] is None else v["upper"],
+            v["kind"],
+            v["role"] and Role(**v["role"]),
+        )
+        for v in fields["variables"]
+    ]
+    return StateSpace(fields["type"], tuple(variables))

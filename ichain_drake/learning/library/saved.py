@@ -1,0 +1,174 @@
+"""A saved link as it was read from its folder, and the models that are built from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction
+from ichain_drake.learning.chain import LearnedLink
+from ichain_drake.learning.features import planar_poses
+from ichain_drake.learning.frozen import FrozenModel
+from ichain_drake.learning.library.command import LearnedCommand
+from ichain_drake.learning.library.files import MANIFEST, link_name, read_files
+from ichain_drake.learning.library.fit import check_fit
+from ichain_drake.learning.library.form import refusal
+from ichain_drake.learning.library.manifest import read_manifest, space_from
+from ichain_drake.learning.library.weights import unpack
+from ichain_drake.learning.link import EstimatorSpec, ForwardSpec, InverseSpec, Scored
+from ichain_drake.learning.models import ForwardModel, InverseModel
+from ichain_drake.state import FloatArray, StateSpace
+
+
+@dataclass(frozen=True)
+class SavedLink:
+    """A link's folder as it was read: complete, unharmed, but not yet compared with a graph.
+
+    Attributes:
+        folder: where it is.
+        manifest: checked fields, see `ichain_drake.learning.library.manifest`.
+        files: contents by file name.
+    """
+
+    folder: Path
+    manifest: Mapping[str, Any]
+    files: Mapping[str, bytes]
+
+    @classmethod
+    def read(cls, folder: Path) -> SavedLink:
+        """Read a link's folder.
+
+        Raises:
+            InputError: if anything in it is missing, damaged, edited, foreign or of a newer format.
+        """
+        files = read_files(folder)
+        manifest = read_manifest(files, folder)
+        name = link_name(manifest["parent"]["type"], manifest["child"]["type"])
+        if folder.resolve().name != name:
+            raise InputError(f"{folder}: the link in it is {name}; give the folder that name")
+        return cls(folder, manifest, files)
+
+    def verify(self) -> None:
+        """Build its models, for a graph as the manifest describes it.
+
+        Raises:
+            InputError: if that fails; names the file or field.
+        """
+        parent, child = self._spaces()
+        self.check_fit(parent, child, self.manifest["targets"])
+        self.link(Interaction("parent", "child"), parent, child)
+        self.command(parent)
+
+    def check_fit(self, parent: StateSpace, child: StateSpace, targets: Sequence[str]) -> None:
+        """Refuse a link that is not for these state spaces and targets; see `ichain_drake.learning.library.fit`.
+
+        Raises:
+            InputError: names the variable or field that differs.
+        """
+        check_fit(self.manifest, self._spaces(), (parent, child), targets, str(self.folder))
+
+    def _spaces(self) -> tuple[StateSpace, StateSpace]:
+        try:
+            parent, child = (space_from(self.manifest[end]) for end in ("parent", "child"))
+            targets = child.indices(self.manifest["targets"])
+        except InputError as error:
+            raise self._refusal("parent, child", str(error)) from None
+        if len(set(targets.tolist())) != len(targets) or not len(targets):
+            raise self._refusal("targets", "each needs to be named once")
+        return parent, child
+
+    def link(self, edge: Interaction, parent: StateSpace, child: StateSpace) -> LearnedLink:
+        """The learned link between two objects whose state spaces fit.
+
+        Raises:
+            InputError: if weights or limits don't belong to such a link; names the file or field.
+        """
+        saved, n_child, n_parent = self.manifest, len(child), len(parent)
+        targets = tuple(int(i) for i in child.indices(saved["targets"]))
+        if not saved["inverses"]:
+            raise self._refusal("inverses", "there is none")
+        return LearnedLink(
+            edge,
+            self._forward(parent, child),
+            tuple(self._inverse(i, parent, child, targets) for i in range(len(saved["inverses"]))),
+            self._vector("child_limit", saved, n_child),
+            self._vector("child_scale", saved, n_child),
+            self._vector("parent_lower", saved, n_parent),
+            self._vector("parent_upper", saved, n_parent),
+            self._vector("parent_scale", saved, n_parent),
+            float(saved["robot_seconds"]),
+            str(self.folder.parent),
+        )
+
+    def _forward(self, parent: StateSpace, child: StateSpace) -> Scored[ForwardModel, ForwardSpec]:
+        fields = self.manifest["forward"]
+        spec = ForwardSpec(self._estimator("forward", fields, child), fields["features"], fields["action"])
+        model = ForwardModel(child, parent, spec.features, spec.action, self._model(fields))
+        state, action = np.zeros(len(child)), np.zeros(len(parent))
+        self._check_sizes(fields, model.frozen, len(model.inputs(state, action, action)), len(child))
+        std = self._vector("residual_std", fields, len(child), "forward.")
+        return Scored(model, spec, float(fields["score"]), std, fields["samples"])
+
+    def _inverse(
+        self, number: int, parent: StateSpace, child: StateSpace, targets: tuple[int, ...]
+    ) -> Scored[InverseModel, InverseSpec]:
+        fields, path = self.manifest["inverses"][number], f"inverses[{number}]"
+        spec = InverseSpec(self._estimator(path, fields, child), fields["features"], fields["aim"], fields["action"])
+        if spec.aim < 1:
+            raise self._refusal(f"{path}.aim", f"{spec.aim} ticks ahead is not ahead")
+        lower, upper, std = (
+            self._vector(name, fields, len(parent), f"{path}.")
+            for name in ("parent_lower", "parent_upper", "residual_std")
+        )
+        model = InverseModel(child, parent, targets, spec.features, spec.aim, self._model(fields), lower, upper)
+        state = np.zeros(len(child))
+        self._check_sizes(fields, model.frozen, len(model.inputs(state, state[list(targets)])), len(parent))
+        return Scored(model, spec, float(fields["score"]), std, fields["samples"])
+
+    def command(self, parent: StateSpace) -> LearnedCommand | None:
+        """What was learned about commanding the hand; None where the link has nothing of it.
+
+        Raises:
+            InputError: as `link`.
+        """
+        fields = self.manifest["command"]
+        if fields is None:
+            return None
+        n, frozen = len(parent), None
+        if fields["map"] is not None:
+            frozen = self._model(fields["map"])
+            self._check_sizes(fields["map"], frozen, n, n)
+        lower, upper, limit = (self._vector(name, fields, n, "command.") for name in ("lower", "upper", "hand_limit"))
+        return LearnedCommand(frozen, lower, upper, limit)
+
+    def _refusal(self, path: str, what: str) -> InputError:
+        return refusal(str(self.folder / MANIFEST), path, what)
+
+    def _vector(self, name: str, fields: Mapping[str, Any], n: int, path: str = "") -> FloatArray:
+        values = np.array(fields[name], dtype=float)
+        if len(values) != n:
+            raise self._refusal(f"{path}{name}", f"{len(values)} numbers for {n} variables")
+        return values
+
+    def _estimator(self, path: str, fields: Mapping[str, Any], child: StateSpace) -> EstimatorSpec:
+        if fields["features"] == "body" and not planar_poses(child):
+            raise self._refusal(f"{path}.features", f"{child.type} has no position x, y with an orientation about z")
+        try:
+            return EstimatorSpec.parse(fields["estimator"])
+        except InputError as error:
+            raise self._refusal(f"{path}.estimator", f"{error!s:.200}") from None
+
+    def _model(self, fields: Mapping[str, Any]) -> FrozenModel:
+        return unpack(self.files[fields["file"]], fields["kind"], str(self.folder / fields["file"]))
+
+    def _check_sizes(self, fields: Mapping[str, Any], model: FrozenModel, n_in: int, n_out: int) -> None:
+        if (model.n_in, model.n_out) != (n_in, n_out):
+            raise InputError(
+                f"{self.folder / fields['file']}: its model has {model.n_in} inputs and {model.n_out} outputs, "
+                f"the manifest's has {n_in} and {n_out}; save the link anew"
+            )

@@ -1,0 +1,36 @@
+"""Scenarios: typed YAML and Python, by name."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+
+from ichain_drake.errors import InputError
+from ichain_drake.robot import Physics
+from ichain_drake.scenarios.base import PathScenario, Scenario
+from ichain_drake.scenarios.car_game import CarGame
+
+# A new scenario: one file, its YAML under models/scenarios, and one line here.
+SCENARIOS: dict[str, type[Scenario]] = {CarGame.name: CarGame}
+
+
+def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> Scenario:
+    """A scenario by name.
+
+    Args:
+        name: see `ichain list`.
+        overrides: settings such as `noise.scale=2`.
+        physics: `ideal`, `arm` or `contact`.
+        seed: seed of the run.
+
+    Raises:
+        InputError: on an unknown name, with close ones, or bad settings.
+    """
+    if name not in SCENARIOS:
+        close = difflib.get_close_matches(name, SCENARIOS, n=1)
+        hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(SCENARIOS)}"
+        raise InputError(f"there is no scenario {name!r}; {hint}")
+    return SCENARIOS[name](overrides, physics, seed)
+
+
+__all__ = ["SCENARIOS", "CarGame", "PathScenario", "Scenario", "load_scenario"]

@@ -1,0 +1,118 @@
+"""What a path run leaves behind: report, recording, playback and pictures."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ichain_drake.errors import InputError
+from ichain_drake.scenarios.path_run import PathResult, PathRun
+from ichain_drake.state import FloatArray
+from ichain_drake.visualization import Episode, Readout, Recording, plot_paths, write_playback
+from ichain_drake.visualization.output import write_whole
+
+
+def prepare_folder(folder: Path) -> None:
+    """Make a folder and try to write in it, before minutes of work go into it.
+
+    Raises:
+        InputError: if it can't be made or written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=".ichain-"):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"{folder}: can't write there ({error.strerror or error}); give a writable folder with --output"
+        ) from None
+
+
+def write_report(report: dict[str, Any], file: Path) -> None:
+    """Write a report as JSON, whole or not at all.
+
+    Raises:
+        InputError: if the file can't be written.
+    """
+    write_whole(file, (json.dumps(report, indent=2, allow_nan=False) + "\n").encode())
+
+
+def make_recording(run: PathRun) -> Recording:
+    """Everything that the playback shows.
+
+    Raises:
+        InputError: if nothing was recorded.
+    """
+    scenario = run.scenario
+    return Recording(
+        scenario.name,
+        scenario.physics,
+        scenario.seed,
+        dict(scenario.graph.objects),
+        tuple(_episode(run, result) for result in run.results),
+    )
+
+
+def executed_path(run: PathRun, result: PathResult) -> FloatArray:
+    """Executed positions of the followed object, shape (n, 2)."""
+    space = run.scenario.graph.objects[run.scenario.target]
+    return result.log.states[run.scenario.target][:, [space.index(v) for v in run.scenario.target_variables]]
+
+
+def _episode(run: PathRun, result: PathResult) -> Episode:
+    scenario, log = run.scenario, result.log
+    off = cKDTree(result.path.points).query(executed_path(run, result))[0]
+    mean = np.cumsum(off) / np.arange(1, len(off) + 1)
+    readouts = {
+        "distance to path": Readout(off, scenario.unit),
+        "mean error": Readout(mean, scenario.unit),
+        "path completed": Readout([_progress(result, i) for i in range(len(off))]),
+    }
+    for edge in scenario.graph.interactions:
+        flags = log.active[edge.child][:, scenario.graph.parents(edge.child).index(edge.parent)]
+        readouts[edge.name] = Readout(["active" if on > 0.5 else "inactive" for on in flags])
+    lines = {scenario.target: result.path.points}
+    return Episode(result.name, log.times, log.states, log.plant_positions, readouts, lines)
+
+
+def _progress(result: PathResult, row: int) -> str:
+    progress = result.log.extra.get("progress")
+    if progress is None:
+        return ""
+    return f"{100 * float(progress[row, 0]) / (len(result.path.points) - 1):.0f} %"
+
+
+def write_pictures(run: PathRun, folder: Path) -> list[Path]:
+    """Commanded against executed paths, as `paths.png`.
+
+    Raises:
+        InputError: if the file can't be written.
+    """
+    if not run.results:
+        return []
+    file = folder / "paths.png"
+    plot_paths(
+        file,
+        {r.name: r.path.points for r in run.results},
+        {r.name: executed_path(run, r) for r in run.results},
+        errors={r.name: r.error for r in run.results},
+        unit=run.scenario.unit,
+    )
+    return [file]
+
+
+def write_recording(run: PathRun, file: Path) -> None:
+    """Write the playback.
+
+    Raises:
+        InputError: if the file can't be written.
+    """
+    if run.results:
+        write_playback(
+            make_recording(run), run.scenario.drawings(), file, plant=run.scenario.drawn_plant()
+        )

@@ -1,0 +1,82 @@
+"""Recording a demonstration: a world under a demonstrator's commands, tabulated at every tick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from pydrake.systems.framework import LeafSystem
+
+from ichain_drake.demonstrations.table import COMMAND, TIME, Demonstration, column
+from ichain_drake.graph import InteractionGraph
+from ichain_drake.scenarios.episode import Episode, EpisodeLog, Prepare
+from ichain_drake.state import FloatArray
+from ichain_drake.timing import FRAMES_PER_TICK, TICK
+from ichain_drake.world.world import World
+
+
+class RecordingInterrupted(KeyboardInterrupt):
+    """Ctrl-C in the middle of a demonstration.
+
+    Attributes:
+        piece: what was recorded up to then.
+    """
+
+    def __init__(self, piece: Demonstration) -> None:
+        super().__init__("interrupted")
+        self.piece = piece
+
+
+def record(
+    world: World,
+    prepare: Prepare,
+    commander: LeafSystem,
+    ticks: int,
+    objects: Sequence[str],
+    name: str,
+) -> Demonstration:
+    """Run a world under a demonstrator and tabulate what was measured at each tick.
+
+    Args:
+        world: the world.
+        prepare: puts it into its start state.
+        commander: sends hand commands.
+        ticks: transitions to record.
+        objects: whose measurements go into the table; commands are recorded if the robot is among them.
+        name: of the piece.
+
+    Returns:
+        A table of ticks + 1 rows.
+
+    Raises:
+        RecordingInterrupted: on Ctrl-C, with what was recorded up to then.
+    """
+    episode = Episode(world, commander, prepare)
+    try:
+        episode.run(ticks)
+    except KeyboardInterrupt:
+        raise RecordingInterrupted(_tabulate(world.graph, episode.log(), objects, name)) from None
+    return _tabulate(world.graph, episode.log(), objects, name)
+
+
+def _tabulate(graph: InteractionGraph, log: EpisodeLog, objects: Sequence[str], name: str) -> Demonstration:
+    rows = slice(0, None, FRAMES_PER_TICK)
+    count = len(log.times[rows])
+    data: dict[str, FloatArray] = {TIME: TICK * np.arange(count)}
+    units: dict[str, str] = {}
+    for obj in objects:
+        for i, variable in enumerate(graph.objects[obj].observable.variables):
+            data[column(obj, variable.name)] = log.measured[obj][rows, i]
+            units[column(obj, variable.name)] = variable.unit
+    if graph.root in objects:
+        # Logged just before the update of the same instant: the command in force from a row on is in the next frame.
+        after = np.minimum(np.arange(count) * FRAMES_PER_TICK + 1, len(log.times) - 1)
+        for i, variable in enumerate(graph.objects[graph.root].observable.variables):
+            data[column(COMMAND, variable.name)] = log.command[after, i]
+            units[column(COMMAND, variable.name)] = variable.unit
+    for edge in graph.interactions:
+        if edge.child in objects and edge.parent in objects:
+            index = graph.parents(edge.child).index(edge.parent)
+            data[edge.name] = log.active[edge.child][rows, index]
+    return Demonstration(pd.DataFrame(data), units, name)
