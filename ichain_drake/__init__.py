@@ -1,1 +1,154 @@
-"""Control one object through another: chains and graphs of learned object interactions, for Drake."""
+"""Control one object through another: chains and graphs of learned object interactions, for Drake.
+
+The names below are the public interface, in the order in which data flows through them. Each is imported at its first
+use, so that `import ichain_drake` is instant and loads neither plants nor estimators.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ichain_drake.control.chain import ChainController, ControlCandidates, make_controller
+    from ichain_drake.control.move_to import MoveTo
+    from ichain_drake.control.path import PathLimits, TimedPath, paper_path_error, path_error, read_path
+    from ichain_drake.control.systems import Controller, PathFollower
+    from ichain_drake.demonstrations import (
+        Demonstration,
+        read_demonstration,
+        read_demonstrations,
+        write_demonstration,
+        write_demonstrations,
+    )
+    from ichain_drake.errors import IchainError, InputError, UnreachableError
+    from ichain_drake.graph import Interaction, InteractionGraph
+    from ichain_drake.learned_graph import LearnedGraph, build_learned_graph
+    from ichain_drake.learning.chain import LearnedChain, LearnedLink, LinkCandidates, learn_chain, learn_link
+    from ichain_drake.learning.library import check_library, list_library, load_links, save_chain
+    from ichain_drake.learning.link import EstimatorSpec
+    from ichain_drake.learning.models import ForwardModel, InverseModel
+    from ichain_drake.objects import (
+        Car,
+        ContractError,
+        Joystick,
+        JoystickMount,
+        ObjectSettings,
+        WorldObject,
+        check_object,
+    )
+    from ichain_drake.robot import BodySpec, HandSpec, RobotSpec, SphereSurface, build_robot
+    from ichain_drake.scenarios import PathScenario, Scenario, load_scenario
+    from ichain_drake.scenarios.build import build_world
+    from ichain_drake.scenarios.path_run import PathResult, follow
+    from ichain_drake.state import Role, StateSpace, Variable
+    from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
+    from ichain_drake.visualization import Recording, load_recording, write_playback
+    from ichain_drake.world import World
+
+_MODULES = {
+    "errors": ("IchainError", "InputError", "UnreachableError"),
+    "timing": ("FRAME", "FRAMES_PER_TICK", "TICK"),
+    "state": ("Role", "StateSpace", "Variable"),
+    "graph": ("Interaction", "InteractionGraph"),
+    "objects": ("Car", "ContractError", "Joystick", "JoystickMount", "ObjectSettings", "WorldObject", "check_object"),
+    "robot": ("BodySpec", "HandSpec", "RobotSpec", "SphereSurface", "build_robot"),
+    "world": ("World",),
+    "demonstrations": (
+        "Demonstration",
+        "read_demonstration",
+        "read_demonstrations",
+        "write_demonstration",
+        "write_demonstrations",
+    ),
+    "learning.models": ("ForwardModel", "InverseModel"),
+    "learning.link": ("EstimatorSpec",),
+    "learning.chain": ("LearnedChain", "LearnedLink", "LinkCandidates", "learn_chain", "learn_link"),
+    "learning.library": ("check_library", "list_library", "load_links", "save_chain"),
+    "learned_graph": ("LearnedGraph", "build_learned_graph"),
+    "control.path": ("PathLimits", "TimedPath", "paper_path_error", "path_error", "read_path"),
+    "control.move_to": ("MoveTo",),
+    "control.chain": ("ChainController", "ControlCandidates", "make_controller"),
+    "control.systems": ("Controller", "PathFollower"),
+    "scenarios": ("PathScenario", "Scenario", "load_scenario"),
+    "scenarios.build": ("build_world",),
+    "scenarios.path_run": ("PathResult", "follow"),
+    "visualization": ("Recording", "load_recording", "write_playback"),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+__all__ = [
+    "FRAME",
+    "FRAMES_PER_TICK",
+    "TICK",
+    "BodySpec",
+    "Car",
+    "ChainController",
+    "ContractError",
+    "ControlCandidates",
+    "Controller",
+    "Demonstration",
+    "EstimatorSpec",
+    "ForwardModel",
+    "HandSpec",
+    "IchainError",
+    "InputError",
+    "Interaction",
+    "InteractionGraph",
+    "InverseModel",
+    "Joystick",
+    "JoystickMount",
+    "LearnedChain",
+    "LearnedGraph",
+    "LearnedLink",
+    "LinkCandidates",
+    "MoveTo",
+    "ObjectSettings",
+    "PathFollower",
+    "PathLimits",
+    "PathResult",
+    "PathScenario",
+    "Recording",
+    "RobotSpec",
+    "Role",
+    "Scenario",
+    "SphereSurface",
+    "StateSpace",
+    "TimedPath",
+    "UnreachableError",
+    "Variable",
+    "World",
+    "WorldObject",
+    "build_learned_graph",
+    "build_robot",
+    "build_world",
+    "check_library",
+    "check_object",
+    "follow",
+    "learn_chain",
+    "learn_link",
+    "list_library",
+    "load_links",
+    "load_recording",
+    "load_scenario",
+    "make_controller",
+    "paper_path_error",
+    "path_error",
+    "read_demonstration",
+    "read_demonstrations",
+    "read_path",
+    "save_chain",
+    "write_demonstration",
+    "write_demonstrations",
+    "write_playback",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    globals()[name] = value  # the next access does not come here
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -75,16 +75,23 @@ def run_path_scenario(  # noqa: PLR0917
         raise InputError("--path and --paths: give one of the two")
     started = PathRun(scenario, choose_paths(scenario, names, path))
     files.prepare()
-    known = None
+    known, command = None, None
     if library is not None:
-        from ichain_drake.learning.library import load_links
+        from ichain_drake.learning.library import load_command, load_links
 
+        command = load_command(library, scenario.graph, scenario.graph.chain(scenario.target))
         known = load_links(library, scenario.graph, scenario.graph.chain(scenario.target), scenario.target_variables)
     interrupted = False
     with Reporter() as say:
         try:
             run_paths(
-                started, demos=demos, keep_demos=files.folder / "demonstrations", known=known, oracle=oracle, progress=say
+                started,
+                demos=demos,
+                keep_demos=files.folder / "demonstrations",
+                known=known,
+                known_command=command,
+                oracle=oracle,
+                progress=say,
             )
         except KeyboardInterrupt:
             interrupted = True

@@ -91,6 +91,17 @@ class PathLimits:
     tolerance: float = 3.0
 
 
+def _mean_curvature(points: FloatArray, spacing: float, half: int) -> FloatArray:
+    """Curvature at points, shape (n,), as a mean over `half` neighbours to each side; over fewer near the ends."""
+    heading = np.unwrap(np.arctan2(*np.diff(points, axis=0).T[::-1]))
+    inside = np.diff(heading) / spacing
+    turning = np.pad(inside, 1, mode="edge") if len(inside) else np.zeros(len(points))
+    sums = np.concatenate([[0.0], np.cumsum(turning)])
+    at = np.arange(len(points))
+    first, end = np.maximum(at - half, 0), np.minimum(at + half + 1, len(points))
+    return (sums[end] - sums[first]) / (end - first)
+
+
 @dataclass(frozen=True)
 class TimedPath:
     """A path in the plane with a time for each of its points.
@@ -114,10 +125,7 @@ class TimedPath:
         spacing = float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
         tangent = np.gradient(points, axis=0)
         direction = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
-        half = max(1, round(self.limits.smoothing / spacing / 2))
-        turning = np.gradient(direction) / spacing
-        padded = np.pad(turning, half, mode="edge")
-        curvature = np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
+        curvature = _mean_curvature(points, spacing, max(1, round(self.limits.smoothing / spacing / 2)))
         nominal = self.limits.speed
         speed = nominal / np.sqrt(1.0 + (nominal * np.abs(curvature) / self.limits.turn_rate) ** 2)
         time = np.concatenate([[0.0], np.cumsum(2.0 * spacing / (speed[1:] + speed[:-1]))])

@@ -13,7 +13,7 @@ from ichain_drake.timing import TICK
 
 _SPEED_BAND = 0.3  # transitions within this fraction of a speed count as that speed
 _QUANTILE = 0.98  # the sharpest few are noise
-_WINDOW = 30.0  # length over which a path's turn is measured, in its unit
+_WINDOW = 15.0  # length over which a path's turn is measured, in its unit
 _FEWEST = 8
 
 

@@ -183,7 +183,7 @@ def read_demonstration(file: Path) -> Demonstration:
     """
     try:
         if file.suffix == ".csv":
-            table = pd.read_csv(file, float_precision="round_trip")
+            table = pd.read_csv(file, engine="python")  # parses numbers as Python does: to the last bit
             matches = {c: _UNIT.match(str(c)) for c in table.columns}
             units = {m["name"]: m["unit"] for m in matches.values() if m}
             table = table.rename(columns={c: m["name"] for c, m in matches.items() if m})

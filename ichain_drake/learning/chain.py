@@ -12,6 +12,7 @@ from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.demonstrations.transitions import Transitions, collect_commands, collect_transitions
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.learning.estimators import make_estimator
 from ichain_drake.learning.features import FeatureKind, planar_poses
 from ichain_drake.learning.frozen import FrozenModel, freeze
@@ -242,6 +243,17 @@ def learn_command(commands: FloatArray, states: FloatArray) -> FrozenModel | Non
     return None if best is None else freeze(best)
 
 
+def _learn_robot(pieces: Sequence[Demonstration], graph: InteractionGraph, first: LearnedLink) -> LearnedCommand:
+    """What the pieces say about commanding the hand; without recorded commands, that it goes where it is told."""
+    data = collect_commands(pieces, graph)
+    if data is None:
+        reach = np.maximum(first.parent_upper - first.parent_lower, 1e-9)
+        return LearnedCommand(None, first.parent_lower, first.parent_upper, reach)
+    commands, states = data
+    limit = np.maximum(_largest_step(pieces, graph), 1e-9)
+    return LearnedCommand(learn_command(commands, states), commands.min(axis=0), commands.max(axis=0), limit)
+
+
 def _largest_step(pieces: Sequence[Demonstration], graph: InteractionGraph) -> FloatArray:
     """Largest change of the hand in one tick, shape (n_hand,); not across pieces, angles the short way round."""
     space = graph.objects[graph.root].observable
@@ -258,6 +270,7 @@ def learn_chain(
     robot_seconds: Mapping[str, float] | None = None,
     progress: Callable[[str], None] | None = None,
     known: Mapping[str, LearnedLink] | None = None,
+    known_command: LearnedCommand | None = None,
 ) -> LearnedChain:
     """Learn all links of the chain from the robot to an object.
 
@@ -270,11 +283,14 @@ def learn_chain(
         robot_seconds: simulated robot time per interaction name, for the report.
         progress: called with a line before each link.
         known: links that are taken as they are (from a library), by interaction name.
+        known_command: what was learned about commanding the hand, where the first link is known.
 
     Raises:
         InputError: if a link can't be learned; names it.
     """
     names = graph.chain(target)
+    if len(names) == 1:
+        raise InputError(f"{target} is the robot itself: there is no link to learn; name an object that it acts on")
     links = []
     for parent, child in itertools.pairwise(names):
         edge = Interaction(parent, child)
@@ -288,25 +304,17 @@ def learn_chain(
         chosen = candidates.get(edge.name, candidates.get("*", LinkCandidates()))
         seconds = (robot_seconds or {}).get(edge.name, 0.0)
         links.append(learn_link(pieces, graph, edge, chosen, [int(i) for i in indices], seconds))
-    first = links[0]
-    data = collect_commands(pieces, graph)
-    lower, upper, limit = first.parent_lower, first.parent_upper, first.parent_upper - first.parent_lower
-    command = None
-    if data is not None:
-        commands, states = data
-        command = learn_command(commands, states)
-        lower, upper = commands.min(axis=0), commands.max(axis=0)
-        limit = _largest_step(pieces, graph)
+    command = known_command or _learn_robot(pieces, graph, links[0])
     space = graph.objects[target].observable
     seen = tuple(p.states(target, space) for p in pieces if p.has(target, space))
     return LearnedChain(
         graph,
         tuple(links),
         tuple(int(i) for i in graph.objects[target].observable.indices(targets)),
-        command,
-        lower,
-        upper,
-        np.maximum(limit, 1e-9),
+        command.map,
+        command.lower,
+        command.upper,
+        command.hand_limit,
         seen,
     )
 

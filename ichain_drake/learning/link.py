@@ -54,7 +54,7 @@ class EstimatorSpec:
         return make_estimator(self.name, **dict(self.parameters))
 
     def __str__(self) -> str:
-        inside = ", ".join(f"{k}={v}" for k, v in self.parameters.items())
+        inside = ", ".join(f"{k}={v!r}" for k, v in self.parameters.items())
         return f"{self.name}({inside})"
 
 

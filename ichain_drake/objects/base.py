@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem, State
 
 from ichain_drake.errors import InputError
 from ichain_drake.noise import NoiseStream
@@ -34,6 +34,22 @@ class ObjectSettings:
     noise_scale: float = 1.0
     dropouts: tuple[tuple[float, float], ...] = ()
     body_size: int = 0
+
+
+class _ParentPorts(Mapping[str, FloatArray]):
+    """States of the parents, each read when it is asked for: a mode decided by contact alone needs none of them."""
+
+    def __init__(self, ports: Mapping[str, InputPort], context: Context) -> None:
+        self._ports, self._context = ports, context
+
+    def __getitem__(self, name: str) -> FloatArray:
+        return self._ports[name].Eval(self._context)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._ports)
+
+    def __len__(self) -> int:
+        return len(self._ports)
 
 
 class WorldObject(LeafSystem):
@@ -102,7 +118,9 @@ class WorldObject(LeafSystem):
         self.DeclareStateOutputPort("active", self._active)
 
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
+        decides = type(self).decide_active is not WorldObject.decide_active
+        if decides or self.immediate or len(self._plant):
+            self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
         self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._advance)
 
     # What a subclass provides. All of it works on arrays with any leading batch dimensions.
@@ -169,8 +187,8 @@ class WorldObject(LeafSystem):
 
     # Events and ports.
 
-    def _parent_states(self, context: Context) -> dict[str, FloatArray]:
-        return {name: port.Eval(context) for name, port in self._parent_ports.items()}
+    def _parent_states(self, context: Context) -> ParentStates:
+        return _ParentPorts(self._parent_ports, context)
 
     def _value(self, context: Context, index: int) -> FloatArray:
         return context.get_discrete_state(index).value()
@@ -207,7 +225,7 @@ class WorldObject(LeafSystem):
             value[self._plant] = self.sample_body(self._body_port.Eval(context))
         touch = float(self._value(context, self._clock)[1]) if self.settings.body_size else None
         modes = self.decide_active(value, parents, self._modes(context), touch)
-        if self.immediate and advance:
+        if self.immediate and advance and len(self._plant) < len(value):
             plant_values = value[self._plant]
             value = self._step_once(context, value, parents, modes)
             value[self._plant] = plant_values
@@ -220,7 +238,8 @@ class WorldObject(LeafSystem):
         value = self._value(context, self._state)
         if not self.immediate:
             stepped = self._step_once(context, value, self._parent_states(context), self._modes(context))
-            stepped[self._plant] = value[self._plant]
+            if len(self._plant):
+                stepped[self._plant] = value[self._plant]
             discrete.set_value(self._state, stepped)
         frame, touch = self._value(context, self._clock)
         if self.settings.body_size:

@@ -16,6 +16,7 @@ from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.measurement import HandMeasurement
 from ichain_drake.robot.motion import HandMotion
 from ichain_drake.robot.plant import add_robot_plant, control_plant
+from ichain_drake.robot.playout import Playout
 from ichain_drake.robot.sensors import HandSensor, TouchSensor
 from ichain_drake.robot.spec import BodySpec, RobotSpec
 from ichain_drake.state import FloatArray, StateSpace
@@ -29,8 +30,8 @@ class ArmRobot(Diagram):
 
     Ports: input `hand_command` (n_exposed); outputs `state` (n_exposed; the truth, no feedthrough), `measured`
     (n_exposed), `valid` (1), `setpoint` (7), per body `<object>_body` ([q; v] of its model) and `<object>_touch` (1:
-    normal force of gripper on object [N], computed only when read), `plant_positions` (q of the whole plant), `query`
-    (the scene graph's query object, for visualizers).
+    normal force of gripper on object [N], up to 25; computed only when read), `plant_positions` (q of the whole plant),
+    `query` (the scene graph's query object, for visualizers).
 
     Args:
         spec: see `RobotSpec`.
@@ -64,18 +65,25 @@ class ArmRobot(Diagram):
             ]
         )
         step = self.plant.time_step()
-        self.ik = add("inverse_kinematics", InverseKinematics(self.kinematics, joints, spec.ik_rate, step, grip))
+        closed = bool(home[GRIP] > 0.5)  # noqa: PLR2004
+        plan_size = self.motion.GetOutputPort("plan").size()
+        ik = InverseKinematics(self.kinematics, joints, spec.ik_rate, step, grip, plan_size, closed=closed)
+        self.ik = add("inverse_kinematics", ik)
+        n, fingers = self.kinematics.size, len(self._robot.fingers)
+        row = np.concatenate([joints, grip[int(closed)]])
+        self.playout = add("playout", Playout(n, fingers, self.ik.steps, step, n + 2, row))
         sensor = add("hand_sensor", HandSensor(spec.hand, self.kinematics))
         self.measurement = add("measurement", HandMeasurement(spec.hand, seed, object_id))
         positions = add("positions", Demultiplexer([self.plant.num_positions(), self.plant.num_velocities()]))
 
         connect, plant, arm = builder.Connect, self.plant, self._robot.arm
-        connect(self.motion.GetOutputPort("segment"), self.ik.GetInputPort("segment"))
-        sizes = [2 * self.kinematics.size, 2 * len(self._robot.fingers)]
-        desired = add("desired", Demultiplexer([size for size in sizes if size]))
-        connect(self.ik.GetOutputPort("desired"), desired.get_input_port())
+        for port in ("setpoint", "plan"):
+            connect(self.motion.GetOutputPort(port), self.ik.GetInputPort(port))
+        connect(ik.GetOutputPort("joint_plan"), self.playout.get_input_port())
+        desired = add("desired", Demultiplexer([2 * size for size in (n, fingers) if size]))
+        connect(self.playout.get_output_port(), desired.get_input_port())
         connect(desired.get_output_port(0), plant.get_desired_state_input_port(arm))
-        if self._robot.fingers:
+        if fingers:
             connect(desired.get_output_port(1), plant.get_desired_state_input_port(self._robot.gripper))
         connect(plant.get_state_output_port(arm), sensor.GetInputPort("arm_state"))
         connect(self.motion.GetOutputPort("setpoint"), sensor.GetInputPort("setpoint"))
@@ -125,11 +133,13 @@ class ArmRobot(Diagram):
         plant_context = self.plant.GetMyMutableContextFromRoot(root_context)
         self.plant.SetPositions(plant_context, self._robot.arm, joints)
         self.plant.SetVelocities(plant_context, self._robot.arm, np.zeros(len(joints)))
-        self.ik.set_joints(self.ik.GetMyMutableContextFromRoot(root_context), joints)
+        closed = bool(value[GRIP] > 0.5)  # noqa: PLR2004
+        row = self.ik.set_joints(self.ik.GetMyMutableContextFromRoot(root_context), joints, closed=closed)
+        self.playout.set_rows(self.playout.GetMyMutableContextFromRoot(root_context), row)
         self.motion.set_hand(self.motion.GetMyMutableContextFromRoot(root_context), value)
         self.measurement.set_hand(self.measurement.GetMyMutableContextFromRoot(root_context))
         if self._robot.gripper is not None:
-            self._set_fingers(root_context, closed=value[GRIP] > 0.5)  # noqa: PLR2004
+            self._set_fingers(root_context, closed=closed)
 
     def _finger_ends(self) -> FloatArray:
         """Positions of all finger joints when open and when shut on nothing, shape (2, n)."""

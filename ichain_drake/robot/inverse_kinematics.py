@@ -1,10 +1,9 @@
-"""Follows the hand's set-points with the arm's joints."""
+"""Follows the hand's set-points with the arm's joints: one plan a frame."""
 
 from __future__ import annotations
 
 import numpy as np
-from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
 
 from ichain_drake.errors import InputError
 from ichain_drake.robot.hand import GRIP, HAND
@@ -12,6 +11,7 @@ from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.motion import FRAME_RATE
 from ichain_drake.robot.pose import hand_rotation
 from ichain_drake.state import FloatArray, wrap_angle
+from ichain_drake.timing import FRAME
 
 _N = len(HAND)
 
@@ -20,16 +20,28 @@ _N = len(HAND)
 # [rad]: with a metre of arm that is 10 nm, and a hundred times what is needed.
 _DITHER = 1e-8
 
+# Free motion slower than this [rad/s] rests while the hand's set-point does.
+_IDLE = 0.02
+
 
 class InverseKinematics(LeafSystem):
-    """Desired joint state of arm and gripper, so that the hand is on the line between set-points at every time.
+    """Plans desired positions of arm and fingers for each 1/30 s frame: the hand on the line between set-points.
 
-    At update k (at k / rate) the joints for the time of update k + 1 are found. In between, `desired` is linear.
-    The plant's implicit controller acts on the error at the *end* of its step, so what it is given at t is the desired
-    state at t + plant_step, with the velocity as feed-forward: there is no lag by design.
+    Joints are found for the ends of the frame's 1 / rate periods; in between, positions are linear. The plant's
+    implicit controller acts on the error at the *end* of its step, so what it is given at t is the desired position at
+    t + plant_step: there is no lag by design. `Playout` (C++) hands the plan to the plant step by step. Python runs
+    once a frame, because every call into it, with caches that the plant's step has filled, takes three times as long as
+    in a loop of its own, and slows the next step too.
 
-    Ports: input `segment` (14, from `HandMotion`); output `desired` ([q; v] of the arm, then [q; v] of the driven
-    fingers; one port, since every call into Python costs the plant's step some microseconds).
+    A frame begins with an unrestricted update, which Drake runs before any discrete update of the same instant, that
+    marks the plan as due. `joint_plan` is then calculated when the plant asks for it, with the command of that instant;
+    the discrete update stores where it ends, and from then on `joint_plan` is zero.
+
+    At rest (the set-point has not moved for two frames, and the posture hardly pulls) the joints stay.
+
+    Ports: inputs `setpoint` (7) and `plan` (its first 7: the set-point at the end of the frame), from `HandMotion`;
+    output `joint_plan`: what each row of `Playout` changes by, (steps + 1) x (joints, fingers), then the joints at the
+    end of the frame, the speed of the free motion, and whether the set-point stood still.
 
     Args:
         kinematics: of the arm.
@@ -37,6 +49,8 @@ class InverseKinematics(LeafSystem):
         rate: updates in a second, 30 times a power of two.
         plant_step: [s].
         grip_positions: positions of the driven fingers when open and closed, shape (2, n_fingers).
+        plan_size: length of `plan`.
+        closed: whether the gripper is closed at start.
     """
 
     def __init__(
@@ -46,64 +60,116 @@ class InverseKinematics(LeafSystem):
         rate: int,
         plant_step: float,
         grip_positions: FloatArray,
+        plan_size: int,
+        *,
+        closed: bool,
     ) -> None:
         super().__init__()
         ratio = rate // FRAME_RATE
         if rate % FRAME_RATE or ratio & (ratio - 1):
-            # Only then do both clocks agree bit by bit.
             raise InputError(f"robot.ik_rate: {rate} is not {FRAME_RATE} times a power of two (60 is usual)")
         self._kinematics = kinematics
-        self._rate, self._per_frame = rate, ratio
-        self._period, self._lead = 1.0 / rate, plant_step
-        self._grip = np.concatenate([grip_positions, np.zeros_like(grip_positions)], axis=1)  # at rest: [q; 0]
+        self._shares = [(i + 1) / ratio for i in range(ratio)]
+        self._period = FRAME / ratio
+        self.steps = round(FRAME / plant_step)
+        self._grip = grip_positions
         n = kinematics.size
-        self._n = n
-        self._before_index = self.DeclareDiscreteState(joints)  # at the last update's time
-        self._after_index = self.DeclareDiscreteState(joints)  # one period later
-        self._count_index = self.DeclareDiscreteState(1)
-        self._segment = self.DeclareVectorInputPort("segment", 2 * _N)
-        tickets = {self.xd_ticket(), self._segment.ticket()}
-        self._next = self.DeclareVectorOutputPort("next", n, self._calc_next, tickets)
-        self.DeclareVectorOutputPort(
-            "desired", 2 * n + self._grip.shape[1], self._calc_desired, {self.time_ticket(), *tickets}
-        )
-        self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
+        self._n, self.width = n, n + grip_positions.shape[1]
+        self._weights = _interpolation(ratio, self.steps)
+        self._dither = _alternation(self.steps)
 
-    def set_joints(self, context: Context, joints: FloatArray) -> None:
-        """Start at rest at joint positions of shape (n_joints,); the counter follows the context's time."""
-        context.SetDiscreteState(self._before_index, joints)
-        context.SetDiscreteState(self._after_index, joints)
-        context.SetDiscreteState(self._count_index, [np.ceil(context.get_time() * self._rate - 1e-6)])
+        self._joints = self.DeclareDiscreteState(joints)  # at the start of the frame
+        self._held = self.DeclareDiscreteState(self._row(joints, closed))  # what the last row of the playout is
+        # Whether the plan is due; frames begun (its parity counts); speed of the free motion; whether the hand rested.
+        self._mode = self.DeclareDiscreteState([1.0, 0.0, 0.0, 0.0])
+        self._setpoint = self.DeclareVectorInputPort("setpoint", _N)
+        self._next = self.DeclareVectorInputPort("plan", plan_size)
+        tickets = {self.xd_ticket(), self._setpoint.ticket(), self._next.ticket()}
+        self._rows = (self.steps + 1) * self.width
+        self._plan = self.DeclareVectorOutputPort("joint_plan", self._rows + n + 2, self._calc_plan, tickets)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._begin)
+        self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._update)
 
-    def _calc_next(self, context: Context, output: BasicVector) -> None:
-        segment = self._segment.Eval(context)
-        count = int(context.get_discrete_state(self._count_index).value()[0])
-        share = (count % self._per_frame + 1) / self._per_frame
-        start, end = segment[:_N], segment[_N:]
-        full = end if share == 1.0 else start + share * (end - start)
-        angles = full[3:6] if share == 1.0 else start[3:6] + share * wrap_angle(end[3:6] - start[3:6])
-        pose = RigidTransform(RotationMatrix(hand_rotation(*angles)), full[:3])
-        joints = context.get_discrete_state(self._after_index).value()
-        output.SetFromVector(self._kinematics.step(joints, pose, self._period))
+    def set_joints(self, context: Context, joints: FloatArray, *, closed: bool) -> FloatArray:
+        """Start at rest at joint positions of shape (n_joints,).
 
-    def _calc_desired(self, context: Context, output: BasicVector) -> None:
+        Returns:
+            What every row of the playout must hold, shape (width,).
+        """
+        row = self._row(joints, closed)
+        at_frame = abs(context.get_time() / FRAME - round(context.get_time() / FRAME)) < 1e-6  # noqa: PLR2004
+        context.SetDiscreteState(self._joints, joints)
+        context.SetDiscreteState(self._held, row)
+        context.SetDiscreteState(self._mode, [float(at_frame), 0.0, 0.0, 0.0])
+        return row
+
+    def _row(self, joints: FloatArray, closed: bool) -> FloatArray:
+        return np.concatenate([joints, self._grip[int(closed)]])
+
+    def _calc_plan(self, context: Context, output: BasicVector) -> None:
         discrete = context.get_discrete_state()
-        count = int(discrete.get_value(self._count_index)[0])
-        begin = count * self._period
-        after = discrete.get_value(self._after_index)
-        time = context.get_time()
-        if time >= begin - 1e-9:  # this instant's update is still to come: look ahead at its result
-            before, after = after, self._next.Eval(context)
+        due, frame, speed, rested = discrete.value(self._mode).tolist()
+        if not due:
+            output.SetZero()
+            return
+        n = self._n
+        begin = discrete.value(self._joints)
+        start, end = self._setpoint.Eval(context), self._next.Eval(context)[:_N]
+        still = start[:6].tolist() == end[:6].tolist()
+        plan = np.empty(self._rows + n + 2)
+        rows = plan[: self._rows].reshape(self.steps + 1, self.width)
+        if still and rested and speed < _IDLE:
+            rows[:, :n] = begin
+            plan[-2 - n : -2] = begin
         else:
-            before, begin = discrete.get_value(self._before_index), begin - self._period
-        velocity = (after - before) * self._rate
-        closed = self._segment.Eval(context)[_N + GRIP] > 0.5  # noqa: PLR2004
-        position = before + (time + self._lead - begin) * velocity
-        position += _DITHER if count % 2 else -_DITHER
-        output.SetFromVector(np.concatenate([position, velocity, self._grip[int(closed)]]))
+            path, speed = self._kinematics.follow(begin, self._targets(start, end), self._period)
+            rows[:, :n] = self._weights @ np.stack([begin, *path])
+            plan[-2 - n : -2] = path[-1]
+        rows[:, n:] = self._grip[int(end[GRIP] > 0.5)]  # noqa: PLR2004
+        rows[:, :n] += self._dither if frame % 2 else -self._dither
+        rows -= discrete.value(self._held)
+        plan[-2], plan[-1] = speed, still
+        output.SetFromVector(plan)
+
+    def _targets(self, start: FloatArray, end: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """Rotation and position of the hand at the end of each period."""
+        way = end - start
+        turn = way[3:6]
+        if not turn.any():
+            rotation = hand_rotation(*end[3:6].tolist())
+            return [(rotation, end[:3] if share == 1.0 else start[:3] + share * way[:3]) for share in self._shares]
+        angles = [(start[3:6] + share * wrap_angle(turn)).tolist() for share in self._shares]
+        return [(hand_rotation(*a), start[:3] + share * way[:3]) for a, share in zip(angles, self._shares, strict=True)]
+
+    def _begin(self, context: Context, state: State) -> None:
+        mode = context.get_discrete_state(self._mode).value().copy()
+        mode[0] = 1.0
+        state.get_mutable_discrete_state().set_value(self._mode, mode)
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        following = self._next.Eval(context)
-        discrete.set_value(self._before_index, context.get_discrete_state(self._after_index).value().copy())
-        discrete.set_value(self._after_index, following)
-        discrete.set_value(self._count_index, [context.get_discrete_state(self._count_index).value()[0] + 1.0])
+        plan = self._plan.Eval(context)
+        before = context.get_discrete_state()
+        discrete.set_value(self._joints, plan[-2 - self._n : -2])
+        # The sum that the playout makes, so that both agree to the last bit.
+        discrete.set_value(self._held, before.value(self._held) + plan[self._rows - self.width : self._rows])
+        discrete.set_value(self._mode, [0.0, before.value(self._mode)[1] + 1.0, plan[-2], plan[-1]])
+
+
+def _interpolation(periods: int, steps: int) -> FloatArray:
+    """Weights of joints at the ends of the periods (and the start) in the rows of a frame, (steps + 1, periods + 1).
+
+    The last row goes on at the last period's velocity: what the plant sees at the frame's end until the next plan.
+    """
+    grid = np.arange(periods + 1) / periods
+    times = np.arange(1, steps + 1) / steps
+    weights = np.stack([np.interp(times, grid, column) for column in np.eye(periods + 1)], axis=1)
+    beyond = np.zeros(periods + 1)
+    beyond[-2:] = [-periods / steps, 1.0 + periods / steps]
+    return np.vstack([weights, beyond])
+
+
+def _alternation(steps: int) -> FloatArray:
+    """Offsets of a frame's rows that alternate within the frame, or from frame to frame if it has one step only."""
+    sign = np.ones(steps + 1)
+    sign[steps // 2 : steps] = -1.0 if steps > 1 else 1.0
+    return _DITHER * sign[:, None]

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, ModelInstanceIndex
+from scipy.linalg.lapack import dposv
 
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.robot.pose import hand_pose, rotation_vector
 from ichain_drake.robot.spec import RobotSpec
-from ichain_drake.state import FloatArray, wrap_angle
+from ichain_drake.state import FloatArray
 
 # Singular values below this are damped (Nakamura & Hanafusa 1986: damping that grows towards a singularity).
 _SINGULAR, _DAMPING = 0.06, 0.03
 # Joint steps [rad] below this need no second Newton step: it would move the hand by less than a micrometre.
 _STRAIGHT = 1e-3
 _POSITION_TOLERANCE, _ANGLE_TOLERANCE = 1e-4, 1e-3
+_ORIGIN = np.zeros(3)
+_IDENTITY = np.eye(6, order="F")
 
 
 @dataclass(frozen=True)
@@ -63,10 +67,10 @@ class ArmKinematics:
         self.lower = np.concatenate([j.position_lower_limits() for j in joints])
         self.upper = np.concatenate([j.position_upper_limits() for j in joints])
         self.speed = spec.speed_scale * np.concatenate([j.velocity_upper_limits() for j in joints])
-        self._endless = ~np.isfinite(self.lower) & ~np.isfinite(self.upper)
-        self._gain = spec.posture_gain
+        endless = ~np.isfinite(self.lower) & ~np.isfinite(self.upper)
+        self._turn, self._per_turn = 2 * math.pi * endless, endless / (2 * math.pi)
         self.default = plant.GetPositions(self._context, self._instance)
-        self._weights = _per_joint(spec.posture_weights or [1.0], self.size, "posture_weights")
+        self._pull = spec.posture_gain * _per_joint(spec.posture_weights or [1.0], self.size, "posture_weights")
         postures = [(math.cos(p.pitch), _per_joint(p.joints, self.size, "postures")) for p in spec.postures]
         postures = sorted(postures or [(1.0, self.default.copy())], key=lambda p: p[0])
         self._posture_levels = np.array([level for level, _ in postures])
@@ -88,7 +92,10 @@ class ArmKinematics:
 
     def posture(self, pose: RigidTransform) -> FloatArray:
         """Joint positions that the free motion is drawn to at a hand pose, shape (n_joints,)."""
-        level = -pose.rotation().matrix()[2, 2]  # cos(pitch) at roll 0
+        return self._posture(pose.rotation().matrix(), pose.translation())
+
+    def _posture(self, rotation: FloatArray, position: FloatArray) -> FloatArray:
+        level = -rotation[2, 2]  # cos(pitch) at roll 0
         levels, postures = self._posture_levels, self._postures
         if len(levels) == 1 or level <= levels[0]:
             wanted = postures[0].copy()
@@ -99,8 +106,7 @@ class ArmKinematics:
             share = (level - levels[i - 1]) / (levels[i] - levels[i - 1])
             wanted = (1.0 - share) * postures[i - 1] + share * postures[i]
         if self._bearing_sign:
-            p = pose.translation() - self._base
-            wanted[0] += self._bearing_sign * math.atan2(p[1], p[0])
+            wanted[0] += self._bearing_sign * math.atan2(position[1] - self._base[1], position[0] - self._base[0])
         return wanted
 
     def _error(self, joints: FloatArray, target: FloatArray, position: FloatArray) -> FloatArray:
@@ -113,36 +119,58 @@ class ArmKinematics:
     def step(self, joints: FloatArray, pose: RigidTransform, period: float) -> FloatArray:
         """Joint positions one period later on the way to a hand pose, within joint and speed limits.
 
-        Two Newton steps with one Jacobian: the second removes the curvature of the first, so that the hand is at the
-        pose to some micrometres where nothing limits it. The posture acts in the exact null space.
-
         Args:
             joints: shape (n_joints,).
             pose: wanted hand pose at the end of the period.
             period: [s].
         """
-        target, position = pose.rotation().matrix(), pose.translation()
-        error = self._error(joints, target, position)
+        return self.follow(joints, [(pose.rotation().matrix(), pose.translation())], period)[0][0]
+
+    def follow(
+        self, joints: FloatArray, targets: Sequence[tuple[FloatArray, FloatArray]], period: float
+    ) -> tuple[list[FloatArray], float]:
+        """Joint positions at the ends of a few short periods, within joint and speed limits.
+
+        Two Newton steps a period, all with the Jacobian of the start: the second removes what the curvature leaves of
+        the first, so that the hand is at the pose to some micrometres where nothing limits it. The posture acts in the
+        exact null space.
+
+        Args:
+            joints: at the start, shape (n_joints,).
+            targets: wanted rotation (3, 3) and position (3,) [m] of the hand at the end of each period.
+            period: [s].
+
+        Returns:
+            The joint positions, shape (n_joints,) each, and the speed of the free motion [rad/s or m/s].
+        """
+        self._plant.SetPositions(self._context, self._instance, joints)
         jacobian = self._plant.CalcJacobianSpatialVelocity(
-            self._context, JacobianWrtVariable.kV, self._frame, (0.0, 0.0, 0.0), self._world, self._world
+            self._context, JacobianWrtVariable.kV, self._frame, _ORIGIN, self._world, self._world
         )[:, self._columns]
-        inverse, projector = _pseudoinverse(jacobian)
+        inverse, span = _pseudoinverse(jacobian)
+        wanted = self._posture(*targets[-1]) - joints
+        wanted -= self._turn * np.rint(wanted * self._per_turn)
+        wanted *= self._pull
+        free = wanted - span @ wanted
+        speed = float(np.abs(free).max())
+        free = free * period
         limit = self.speed * period
 
-        move = inverse @ error
-        excess = float((np.abs(move) / limit).max())
-        if excess > 1.0:
-            move = move / excess
-        else:
-            wanted = self.posture(pose) - joints
-            wanted[self._endless] = wrap_angle(wanted[self._endless])
-            free = projector @ ((self._gain * period) * self._weights * wanted)
-            total = float((np.abs(move + free) / limit).max())
-            move = move + (free if total <= 1.0 else free * max(0.0, (1.0 - excess) / (total - excess + 1e-12)))
-            if float(np.abs(move).max()) > _STRAIGHT:
-                move = move + inverse @ self._error(self._clip(joints + move), target, position)
-                move = move / max(1.0, float((np.abs(move) / limit).max()))
-        return self._clip(joints + move)
+        path = []
+        for target, position in targets:
+            move = inverse @ self._error(joints, target, position)
+            excess = float((np.abs(move) / limit).max())
+            if excess > 1.0:
+                move = move / excess
+            else:
+                total = float((np.abs(move + free) / limit).max())
+                move = move + (free if total <= 1.0 else free * max(0.0, (1.0 - excess) / (total - excess + 1e-12)))
+                if float(np.abs(move).max()) > _STRAIGHT:
+                    move = move + inverse @ self._error(self._clip(joints + move), target, position)
+                    move = move / max(1.0, float((np.abs(move) / limit).max()))
+            joints = self._clip(joints + move)
+            path.append(joints)
+        return path, speed
 
     def _clip(self, joints: FloatArray) -> FloatArray:
         return np.minimum(np.maximum(joints, self.lower), self.upper)  # a third of the time of np.clip
@@ -191,22 +219,19 @@ class ArmKinematics:
 
 
 def _pseudoinverse(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Damped pseudoinverse, shape (n, 6), and the projector on the exact null space, shape (n, n)."""
-    n = jacobian.shape[1]
-    if n >= len(jacobian):
-        # Far from singularities no damping is needed, and a 6 x 6 inverse takes a third of the time of an SVD. The norm
-        # of the inverse bounds the least singular value from below; it is infinite or NaN where there is none.
+    """Damped pseudoinverse, shape (n, 6), and the projector on the row space, shape (n, n)."""
+    if jacobian.shape[1] >= len(jacobian):
+        # Far from singularities no damping is needed, and a Cholesky solution takes a tenth of the time of an SVD. The
+        # norm of the inverse bounds the least singular value from below.
         square = jacobian @ jacobian.T
         square.flat[:: len(square) + 1] += 1e-12
-        inner = np.linalg.inv(square)
-        if math.sqrt((inner * inner).sum()) < 1.0 / _SINGULAR**2:
+        _, inner, failed = dposv(square, _IDENTITY)
+        if not failed and math.sqrt(float(np.vdot(inner, inner))) < 1.0 / _SINGULAR**2:
             inverse = jacobian.T @ inner
-            projector = -inverse @ jacobian
-            projector.flat[:: n + 1] += 1.0
-            return inverse, projector
+            return inverse, inverse @ jacobian
     u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
     damping = np.where(s < _SINGULAR, _DAMPING**2 * (1.0 - (s / _SINGULAR) ** 2), 0.0)
-    return (vt.T * (s / (s * s + damping))) @ u.T, np.eye(n) - vt.T @ vt
+    return (vt.T * (s / (s * s + damping))) @ u.T, vt.T @ vt
 
 
 def _per_joint(values: list[float], size: int, name: str) -> FloatArray:

@@ -28,10 +28,10 @@ class HandMotion(LeafSystem):
     line that takes longer than the tick is laid anew at the next one. Grip and everything that is held change with the
     first frame.
 
-    Ports: input `hand_command` (n_exposed); outputs `setpoint` (7; the state, no feedthrough) and `segment` (14:
-    set-points at the start and the end of the frame that begins or is under way at this time). At the instant of a
-    frame, before its update, `segment` already shows the frame that begins, so whoever follows it has no lag; it is
-    therefore a direct function of `hand_command`.
+    Ports: input `hand_command` (n_exposed); outputs `setpoint` (7; the state, no feedthrough) and `plan`: the set-point
+    at the end of the frame that begins (7), then the rest of the state that the frame's update will store. At the
+    instant of a frame, before its update, `plan` is already that of the frame that begins, so whoever follows it has no
+    lag; it is therefore a direct function of `hand_command`.
 
     Args:
         spec: which variables are commanded.
@@ -53,16 +53,14 @@ class HandMotion(LeafSystem):
         self._n = n
         self._linear_speed, self._angular_speed = linear_speed, angular_speed
         home = np.asarray(home, dtype=float)
-        # Groups: set-point of frame k; of frame k - 1; [k, frames done, frames of the line, start, target].
+        # Groups: set-point of frame k; [k, frames done, frames of the line, start, target].
         self._setpoint_index = self.DeclareDiscreteState(home)
-        self._previous_index = self.DeclareDiscreteState(home)
         exposed = spec.reduce(home)
         self._plan_index = self.DeclareDiscreteState(np.concatenate([[0.0, 0.0, 1.0], exposed, exposed]))
         self._command = self.DeclareVectorInputPort("hand_command", n)
         self.DeclareStateOutputPort("setpoint", self._setpoint_index)
         tickets = {self.xd_ticket(), self._command.ticket()}
-        self._next = self.DeclareVectorOutputPort("next", _N + 3 + 2 * n, self._calc_next, tickets)
-        self.DeclareVectorOutputPort("segment", 2 * _N, self._calc_segment, {self.time_ticket(), *tickets})
+        self._plan = self.DeclareVectorOutputPort("plan", _N + 3 + 2 * n, self._calc_plan, tickets)
         self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._update)
 
     def set_hand(self, context: Context, full: ArrayLike) -> None:
@@ -71,7 +69,6 @@ class HandMotion(LeafSystem):
         exposed = self.spec.reduce(value)
         frame = math.ceil(context.get_time() * FRAME_RATE - 1e-6)
         context.SetDiscreteState(self._setpoint_index, value)
-        context.SetDiscreteState(self._previous_index, value)
         context.SetDiscreteState(self._plan_index, np.concatenate([[frame, 0.0, 1.0], exposed, exposed]))
 
     def frame(self, context: Context) -> int:
@@ -93,35 +90,32 @@ class HandMotion(LeafSystem):
             count = max(count + 1, math.ceil(count * excess - 1e-9))
         return count
 
-    def _calc_next(self, context: Context, output: BasicVector) -> None:
-        n = self._n
-        plan = context.get_discrete_state(self._plan_index).value()
-        frame, done, count = int(plan[0]), int(plan[1]), int(plan[2])
+    def _calc_plan(self, context: Context, output: BasicVector) -> None:
+        n, spec = self._n, self.spec
+        discrete = context.get_discrete_state()
+        plan = discrete.value(self._plan_index)
+        frame, done, count = (int(v) for v in plan[:3].tolist())
         start, target = plan[3 : 3 + n], plan[3 + n :]
+        following = np.empty(_N + 3 + 2 * n)
         if frame % FRAMES_PER_TICK == 0:
-            command = self.spec.space.clip(self.spec.space.check(self._command.Eval(context), "hand command"))
-            here = self.spec.reduce(context.get_discrete_state(self._setpoint_index).value())
-            start, target, done = here, command, 0
+            command = spec.space.clip(spec.space.check(self._command.Eval(context), "hand command"))
+            start, target, done = spec.reduce(discrete.value(self._setpoint_index)), command, 0
             count = self.plan_frames(start, target)
-        done = min(done + 1, count)
-        space = self.spec.space
-        exposed = target if done == count else start + done / count * space.difference(target, start)
-        setpoint = self.spec.full(exposed)
-        setpoint[3:6] = wrap_angle(setpoint[3:6])
-        setpoint[GRIP] = round(self.spec.full(target)[GRIP])
-        output.SetFromVector(np.concatenate([setpoint, [frame + 1, done, count], start, target]))
-
-    def _calc_segment(self, context: Context, output: BasicVector) -> None:
-        now = context.get_discrete_state(self._setpoint_index).value()
-        if context.get_time() >= self.frame(context) / FRAME_RATE - 1e-9:
-            following = self._next.Eval(context)[:_N]
-            output.SetFromVector(np.concatenate([now, following]))
-        else:
-            output.SetFromVector(np.concatenate([context.get_discrete_state(self._previous_index).value(), now]))
+        if done < count:
+            done += 1
+            exposed = target if done == count else start + done / count * spec.space.difference(target, start)
+            setpoint = spec.full(exposed)
+            setpoint[3:6] = wrap_angle(setpoint[3:6])
+            setpoint[GRIP] = round(spec.full(target)[GRIP])
+            following[:_N] = setpoint
+        else:  # it holds
+            following[:_N] = discrete.value(self._setpoint_index)
+        following[_N : _N + 3] = frame + 1, done, count
+        following[_N + 3 : _N + 3 + n] = start
+        following[_N + 3 + n :] = target
+        output.SetFromVector(following)
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        following = self._next.Eval(context)
-        now = context.get_discrete_state(self._setpoint_index).value().copy()
-        discrete.set_value(self._previous_index, now)
+        following = self._plan.Eval(context)
         discrete.set_value(self._setpoint_index, following[:_N])
         discrete.set_value(self._plan_index, following[_N:])

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
+import numpy as np
 from pydrake.common.value import Value
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from ichain_drake.robot.hand import GRIP, HAND, HandSpec
+from ichain_drake.robot.hand import GRIP, HAND, PITCH, ROLL, YAW, HandSpec
 from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.pose import hand_values
+
+TOUCH_RANGE = 25.0
+"""Range of the touch sensor [N]."""
 
 
 class HandSensor(LeafSystem):
@@ -24,6 +28,7 @@ class HandSensor(LeafSystem):
     def __init__(self, spec: HandSpec, kinematics: ArmKinematics) -> None:
         super().__init__()
         self._spec, self._kinematics = spec, kinematics
+        self._turns = bool(np.isin(spec.indices, (YAW, PITCH, ROLL)).any())
         self._arm = self.DeclareVectorInputPort("arm_state", 2 * kinematics.size)
         self._setpoint = self.DeclareVectorInputPort("setpoint", len(HAND))
         tickets = {self._arm.ticket(), self._setpoint.ticket()}
@@ -32,13 +37,20 @@ class HandSensor(LeafSystem):
     def _calc(self, context: Context, output: BasicVector) -> None:
         setpoint = self._setpoint.Eval(context)
         pose = self._kinematics.pose(self._arm.Eval(context)[: self._kinematics.size])
-        output.SetFromVector(self._spec.reduce(hand_values(pose, setpoint[GRIP], near=setpoint)))
+        if self._turns:
+            full = hand_values(pose, setpoint[GRIP], near=setpoint)
+        else:  # angles that nobody sees cost most
+            full = setpoint
+            full[:3] = pose.translation()
+        output.SetFromVector(self._spec.reduce(full))
 
 
 class TouchSensor(LeafSystem):
     """Normal force between the gripper and each object, from the plant's contact results.
 
-    Ports: input `contact_results`; one output `<object>` (1) each: total normal force [N].
+    As a tactile sensor does, it saturates: each contact point costs some microseconds to read, and a firm grip has ten.
+
+    Ports: input `contact_results`; one output `<object>` (1) each: total normal force [N], at most `TOUCH_RANGE`.
     """
 
     def __init__(
@@ -52,15 +64,18 @@ class TouchSensor(LeafSystem):
             links = {int(b) for b in plant.GetBodyIndices(instance)}
             self.DeclareVectorOutputPort(name, 1, self._force_of(links), tickets)
 
-    def _force_of(self, links: set[int]):  # noqa: ANN202
+    def _force_of(self, links: set[int]) -> Callable[[Context, BasicVector], None]:
+        pairs = {(a, b) for a in self._gripper for b in links} | {(b, a) for a in self._gripper for b in links}
+
         def calc(context: Context, output: BasicVector) -> None:
             results = self._results.Eval(context)
+            infos = map(results.point_pair_contact_info, range(results.num_point_pair_contacts()))
             total = 0.0
-            for i in range(results.num_point_pair_contacts()):
-                info = results.point_pair_contact_info(i)
-                a, b = int(info.bodyA_index()), int(info.bodyB_index())
-                if (a in self._gripper and b in links) or (b in self._gripper and a in links):
-                    total += abs(float(info.contact_force() @ info.point_pair().nhat_BA_W))
-            output.SetFromVector([total])
+            for info in infos:
+                if (int(info.bodyA_index()), int(info.bodyB_index())) in pairs:
+                    total += abs(info.contact_force().dot(info.point_pair().nhat_BA_W))
+                    if total > TOUCH_RANGE:
+                        break
+            output[0] = min(total, TOUCH_RANGE)
 
         return calc

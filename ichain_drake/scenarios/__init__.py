@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from ichain_drake.errors import InputError
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import PathScenario, Scenario
+from ichain_drake.scenarios.build import build_world
 from ichain_drake.scenarios.car_game import CarGame
 
 # A new scenario: one file, its YAML under models/scenarios, and one line here.
@@ -33,4 +34,4 @@ def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "
     return SCENARIOS[name](overrides, physics, seed)
 
 
-__all__ = ["SCENARIOS", "CarGame", "PathScenario", "Scenario", "load_scenario"]
+__all__ = ["SCENARIOS", "CarGame", "PathScenario", "Scenario", "build_world", "load_scenario"]

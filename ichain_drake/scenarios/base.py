@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from pydrake.systems.framework import Diagram
@@ -63,8 +63,14 @@ class Scenario(ABC):
         """The interaction graph, from the configuration."""
 
     @abstractmethod
-    def record_demonstrations(self, progress: Progress | None = None) -> Iterator[Demonstration]:
+    def record_demonstrations(
+        self, progress: Progress | None = None, known: Collection[str] = ()
+    ) -> Iterator[Demonstration]:
         """Record the scripted demonstrations in this scenario's physics, piece by piece.
+
+        Args:
+            progress: called with a line before each piece.
+            known: names of interactions that need no demonstration.
 
         Raises:
             RecordingInterrupted: on Ctrl-C, with what was recorded of the piece.

@@ -5,7 +5,7 @@ candidate lists of `models/scenarios/car_game.yaml`. Everything else is learned.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -206,21 +206,33 @@ class CarGame(PathScenario):
         knob = self.config.joystick.mount().knob_from_tilt(tilt)
         return knob[..., :2]
 
-    def record_demonstrations(self, progress: Progress | None = None) -> Iterator[Demonstration]:
+    def record_demonstrations(
+        self, progress: Progress | None = None, known: Collection[str] = ()
+    ) -> Iterator[Demonstration]:
         """Link one: the hand plays with the joystick. Link two: a scripted driver, standing in for a person, drives.
 
-        The driver holds the stick himself, without the arm, moving it as a tick moves the hand.
+        The driver holds the stick himself, without the arm, moving it as a tick moves the hand. The drive is
+        recorded even if its link is known: validation paths are cut out of it.
+
+        Args:
+            progress: called with a line before each piece.
+            known: names of interactions that need no demonstration.
         """
         count = self.config.learning.samples
-        if progress:
-            progress(f"hand->joystick: playing with the joystick, {count} hand positions ({self.physics})")
-        yield self.record_play(count)
+        if f"{HAND}->{JOYSTICK}" not in known:
+            if progress:
+                progress(f"hand->joystick: playing with the joystick, {count} hand positions ({self.physics})")
+            yield self.record_play(count)
         if progress:
             progress(f"joystick->car: a scripted driver at the stick, {count} transitions")
         yield self.record_drive(count, physics="ideal", objects=(JOYSTICK, CAR))
 
     def record_play(self, count: int) -> Demonstration:
-        """The hand tries positions around the joystick by itself (paper sec. IV)."""
+        """The hand tries positions around the joystick by itself (paper sec. IV).
+
+        One more than asked for: in the first tick the grasp is not yet known to hold.
+        """
+        count += 1
         middle = np.array(self.config.joystick.pivot[:2])
         player = Player(middle, self.config.play.reach, self.config.play.step, count, [self.seed, 1])
         world, prepare = self.build_world(np.array([400.0, 300.0, 0.0, 0.0, 0.0, 0.0]), [0.0, 0.0], 901)

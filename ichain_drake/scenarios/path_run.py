@@ -6,7 +6,7 @@ import hashlib
 import importlib.metadata
 import platform
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from ichain_drake.control.turns import check_turns
 from ichain_drake.demonstrations import Demonstration, read_demonstrations, write_demonstrations
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain import LearnedChain, LearnedLink, learn_chain
+from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.scenarios.episode import EpisodeInterrupted, EpisodeLog, follow_path
 from ichain_drake.scenarios.oracle import OraclePolicy
@@ -202,6 +203,7 @@ def run_paths(
     demos: Path | None = None,
     keep_demos: Path | None = None,
     known: Mapping[str, LearnedLink] | None = None,
+    known_command: LearnedCommand | None = None,
     oracle: bool = True,
     progress: Progress | None = None,
 ) -> None:
@@ -211,7 +213,8 @@ def run_paths(
         run: with `scenario` and `paths` set.
         demos: folder of demonstrations to learn from, in place of recording them.
         keep_demos: folder that recorded demonstrations are written to.
-        known: links from a library, by interaction name.
+        known: links from a library, by interaction name; what only they need is not demonstrated again.
+        known_command: what the library knows about commanding the hand.
         oracle: whether to run the oracle on every path too.
         progress: called with a line at each step.
 
@@ -220,7 +223,7 @@ def run_paths(
     """
     # One BLAS thread: the matrices are small, and sums must not depend on how many cores there are.
     with threadpool_limits(limits=1):
-        _run_paths(run, demos, keep_demos, known, oracle, progress or (lambda line: None))
+        _run_paths(run, demos, keep_demos, known, known_command, oracle, progress or (lambda line: None))
 
 
 def _run_paths(
@@ -228,6 +231,7 @@ def _run_paths(
     demos: Path | None,
     keep_demos: Path | None,
     known: Mapping[str, LearnedLink] | None,
+    known_command: LearnedCommand | None,
     oracle: bool,
     say: Progress,
 ) -> None:
@@ -235,7 +239,7 @@ def _run_paths(
     if demos is not None:
         run.pieces = read_demonstrations(demos, scenario.graph)
     else:
-        record_pieces(run, keep_demos, say)
+        record_pieces(run, keep_demos, say, set(known or ()))
     run.chain = learn_chain(
         run.pieces,
         scenario.graph,
@@ -245,6 +249,7 @@ def _run_paths(
         {} if demos is not None else scenario.robot_seconds(),
         say,
         known,
+        known_command,
     )
     for name, path in run.paths.items():
         check_turns(path, run.chain, f"path {name}", scenario.unit)
@@ -266,10 +271,10 @@ def _run_paths(
     run.reason = f"the end was not reached on: {', '.join(lost)}" if lost else "every path was followed to its end"
 
 
-def record_pieces(run: PathRun, keep: Path | None, say: Progress) -> None:
+def record_pieces(run: PathRun, keep: Path | None, say: Progress, known: Collection[str] = ()) -> None:
     """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is written too."""
     try:
-        for piece in run.scenario.record_demonstrations(say):
+        for piece in run.scenario.record_demonstrations(say, known):
             run.pieces.append(piece)
             if keep is not None:
                 write_demonstrations([piece], keep)

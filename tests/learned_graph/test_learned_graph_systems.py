@@ -174,3 +174,28 @@ def test_states_can_be_read_and_set_inside_another_diagram() -> None:
     learned.set_states(own, {"cart": np.array([1.0, 2.0, 0.5, 0.1])})
     assert learned.states(own)["cart"].tolist() == [1.0, 2.0, 0.5, 0.1]
     assert learned.GetOutputPort("hand.next_state").Eval(own).tolist() == [0.1, 0.2]
+
+
+@pytest.mark.parametrize("make", [chain, cycle])
+def test_next_state_follows_every_change_of_the_context(make) -> None:
+    graph, models = make()
+    learned = build_learned_graph(graph, models)
+    context = learned.CreateDefaultContext()
+    first = next(e for e in graph.interactions if e.parent == "hand")
+    learned.set_active(context, {Interaction("b", "a"): False} if make is cycle else {})
+    port = learned.GetOutputPort(f"{first.child}.next_state")
+    seen = []
+
+    def look() -> None:
+        seen.append(tuple(port.Eval(context)))
+
+    learned.get_input_port().FixValue(context, [0.1, 0.2])
+    look()
+    learned.get_input_port().FixValue(context, [0.5, 0.6])
+    look()
+    learned.set_states(context, {"hand": np.array([0.7, 0.8]), first.child: np.array([0.3, 0.4])})
+    look()
+    learned.set_active(context, {first: False})
+    look()
+    assert len(set(seen)) == 4
+    assert seen[-1] == (0.3, 0.4)  # kept

@@ -6,8 +6,8 @@ import errno
 import hashlib
 import os
 import re
+import secrets
 import shutil
-import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -31,10 +31,12 @@ def link_name(parent_type: str, child_type: str) -> str:
     """
     if not parent_type or not child_type:
         raise InputError(f"link {parent_type!r} to {child_type!r}: an object type is empty; give both a type")
-    return "-".join(
-        re.sub(r"[^A-Za-z0-9_]", lambda found: "".join(f"%{byte:02x}" for byte in found[0].encode()), part)
-        for part in (parent_type, child_type)
-    )
+    return f"{_safe(parent_type)}-{_safe(child_type)}"
+
+
+def _safe(name: str) -> str:
+    plain = (c if c.isascii() and (c.isalnum() or c == "_") else c.encode(errors="surrogatepass") for c in name)
+    return "".join(c if isinstance(c, str) else "".join(f"%{byte:02x}" for byte in c) for c in plain)
 
 
 def link_folder(library: Path, name: str) -> Path:
@@ -144,13 +146,13 @@ def write_files(library: Path, name: str, files: Mapping[str, bytes]) -> Path:
     try:
         library.mkdir(parents=True, exist_ok=True)
         # Beside the target, or renaming it would be copying. A hidden name: nobody takes it for a link.
-        new = Path(tempfile.mkdtemp(prefix=".new-", dir=library))
+        new = library / f".new-{secrets.token_hex(8)}"
+        new.mkdir()
         for file, data in files.items():
             with (new / file).open("wb") as stream:
                 stream.write(data)
                 stream.flush()
                 os.fsync(stream.fileno())
-        new.chmod(0o755)
         _swap(new, target)
     except OSError as error:
         reason = error.strerror or str(error)

@@ -167,8 +167,8 @@ def space_fields(space: StateSpace) -> dict[str, Any]:
                 "unit": v.unit,
                 "kind": v.kind,
                 "role": v.role and {"kind": v.role.kind, "frame": v.role.frame, "axis": v.role.axis, "of": v.role.of},
-                "lower": v.lower if math.isfinite(v.lower) else None,
-                "upper": v.upper if math.isfinite(v.upper) else None,
+                "lower": float(v.lower) if math.isfinite(v.lower) else None,
+                "upper": float(v.upper) if math.isfinite(v.upper) else None,
             }
             for v in space.observable.variables
         ],

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain import LearnedChain, LearnedLink
-from ichain_drake.learning.library.command import LearnedCommand
+from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.learning.library.files import MANIFEST, link_name, sha256, write_files
 from ichain_drake.learning.library.manifest import TIME_CONVENTION, space_fields, write_manifest
 from ichain_drake.learning.library.transfer import copy_link

@@ -36,12 +36,13 @@ def unpack(data: bytes, kind: str, where: str) -> FrozenModel:
     """
     arrays = _arrays(data, where)
     try:
-        model = from_arrays(kind, arrays)
-        value = model.value(model.inputs.mean)
+        with np.errstate(all="ignore"):  # what overflows is refused below
+            model = from_arrays(kind, arrays)
+            value = model.value(model.inputs.mean)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     except (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError) as error:
-        raise InputError(f"{where}: its arrays don't make a {kind} model ({error})") from None
+        raise InputError(f"{where}: its arrays don't make a {kind} model ({_line(error)})") from None
     foreign = sorted(set(arrays) ^ set(model.arrays()))
     if foreign:
         raise InputError(f"{where}: array {foreign[0]} is no part of a {kind} model")
@@ -70,5 +71,9 @@ def _arrays(data: bytes, where: str) -> dict[str, NDArray[Any]]:
         AttributeError, EOFError, LookupError, MemoryError, NotImplementedError, OSError, OverflowError, RuntimeError,
         SyntaxError, TypeError, ValueError, zipfile.BadZipFile, zlib.error,
     ) as error:  # fmt: skip
-        raise InputError(f"{where}: is no .npz file of plain arrays ({error}); nothing in it was run") from None
+        raise InputError(f"{where}: is no .npz file of plain arrays ({_line(error)}); nothing in it was run") from None
     return arrays
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
