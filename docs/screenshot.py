@@ -1,4 +1,7 @@
-"""Take a picture of a playback at a time: python docs/screenshot.py playback.html 25 picture.png (needs the dev extra)."""
+"""Take a picture of a playback at a time [s]. Needs the dev extra, Chromium and its driver.
+
+python docs/screenshot.py playback.html 25 picture.png
+"""
 
 import io
 import shutil

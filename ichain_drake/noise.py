@@ -1,4 +1,4 @@
-"""Reproducible noise: every value is a function of (seed, object id, purpose, variable id, frame), never of an order."""
+"""Reproducible noise: a value is a function of (seed, object id, purpose, variable id, frame), never of an order."""
 
 from __future__ import annotations
 

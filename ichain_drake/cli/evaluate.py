@@ -13,8 +13,16 @@ from rich.table import Table
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.run import deliver_report
 from ichain_drake.scenarios import PathScenario
-from ichain_drake.scenarios.path_evaluation import CURVE, evaluate_paths
-from ichain_drake.scenarios.path_output import prepare_folder
+from ichain_drake.scenarios.path_evaluation import (
+    CURVE,
+    FIRST_LINK,
+    FULL,
+    VARIANTS,
+    EvaluationInterrupted,
+    check_evaluation,
+    evaluate_paths,
+)
+from ichain_drake.scenarios.path_output import prepare_file, prepare_folder
 from ichain_drake.scenarios.path_run import versions
 
 
@@ -31,19 +39,26 @@ def evaluate_path_scenario(
 
     Raises:
         InputError: on an unknown method, or a folder that can't be written.
+        EvaluationInterrupted: on Ctrl-C, once the report on the seeds that were finished is written.
     """
+    check_evaluation(scenario, trials, methods, jobs)
     if report not in (None, "-"):
-        prepare_folder(Path(str(report)).parent)
+        prepare_file(Path(str(report)))
     if output is not None:
         prepare_folder(output)
     with Reporter() as say:
         say(f"evaluating {scenario.name}, {trials} seeds")
-        found = evaluate_paths(scenario, overrides, trials, methods, jobs, say)
+        stopped: EvaluationInterrupted | None = None
+        try:
+            found = evaluate_paths(scenario, overrides, trials, methods, jobs, say)
+        except EvaluationInterrupted as interruption:
+            stopped, found = interruption, interruption.found
     document = {
         "scenario": scenario.name,
         "physics": scenario.physics,
         "seed": scenario.seed,
         "trials": trials,
+        "reason": "interrupted" if stopped else "every seed was evaluated",
         "versions": versions(),
         "given": scenario.given(),
         **found,
@@ -51,9 +66,41 @@ def evaluate_path_scenario(
     deliver_report(document, report, text=_format(scenario, found["table"]))
     if output is not None:
         _write_curves(found["rows"], scenario, output)
+    if stopped:
+        raise stopped
 
 
 def _format(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
+    parts = [_format_paths(scenario, [line for line in table if line["method"] != FIRST_LINK])]
+    parts.append(_format_link(scenario, [line for line in table if line["method"] == FIRST_LINK]))
+    return "\n\n".join(part for part in parts if part)
+
+
+def _format_link(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
+    if not table:
+        return ""
+    child = scenario.graph.objects[scenario.graph.chain(scenario.target)[1]]
+    units = ", ".join(dict.fromkeys(v.unit for v in child.observable.variables))
+    view = Table("first link", "samples", f"rms error ({units})", "largest of a seed", "held", box=None)
+    for line in table:
+        error = "-" if line["mean_error"] is None else f"{line['mean_error']:.4f} +- {line['std_error']:.4f}"
+        largest = "-" if line["max_error"] is None else f"{line['max_error']:.4f}"
+        view.add_row(line["case"], str(line["samples"]), error, largest, f"{line['completed']}/{line['runs']}")
+    note = f"wanted against read states at the end of the first tick and of the next; {scenario.physics} physics"
+    return _text(view, note)
+
+
+def _text(view: Table, note: str) -> str:
+    console = Console(width=140)
+    with console.capture() as capture:
+        console.print(view)
+        console.print(note)
+    return capture.get().rstrip()
+
+
+def _format_paths(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
+    if not table:
+        return ""
     cases = list(dict.fromkeys(line["case"] for line in table))
     view = Table("method", "samples", *(f"{c} ({scenario.unit})" for c in cases), "x oracle", "completed", box=None)
     lines: dict[tuple[str, int], dict[str, dict[str, Any]]] = {}
@@ -71,17 +118,14 @@ def _format(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
         done = sum(v["completed"] for v in by_case.values())
         runs = sum(v["runs"] for v in by_case.values())
         view.add_row(method, str(samples) if samples else "", *cells, " / ".join(ratios), f"{done}/{runs}")
-    console = Console(width=140)
-    with console.capture() as capture:
-        console.print(view)
-        console.print(f"mean error over completed runs +- spread over seeds; {scenario.name}, {scenario.physics} physics")
-    return capture.get().rstrip()
+    return _text(view, f"mean error over completed runs +- spread over seeds; {scenario.name}, {scenario.physics} physics")
 
 
 def _write_curves(rows: Sequence[dict[str, Any]], scenario: PathScenario, folder: Path) -> None:
     from ichain_drake.visualization import plot_learning_curve
 
-    frame = pd.DataFrame([r for r in rows if r["success"] and r["samples"] in CURVE])
+    curves = {v.method for v in VARIANTS if v.samples != FULL and v.samples in CURVE and not v.monolithic}
+    frame = pd.DataFrame([r for r in rows if r["success"] and r["method"] in curves])
     if len(frame):
         file = folder / "learning_curve.png"
         plot_learning_curve(file, frame[["samples", "error", "method"]], unit=scenario.unit, logarithmic=True)

@@ -117,9 +117,10 @@ def teach(scenario: str, output: Path, physics: str, seed: int, settings: tuple[
     """Record the scripted demonstrations."""
     from ichain_drake.cli.console import Reporter
     from ichain_drake.scenarios.path_output import prepare_folder
-    from ichain_drake.scenarios.path_run import PathRun, record_pieces
+    from ichain_drake.scenarios.path_run import PathRun, check_settings, record_pieces
 
     loaded = _path_scenario(scenario, settings, physics, seed, "teach")
+    check_settings(loaded)
     prepare_folder(output)
     with Reporter() as say:
         started = PathRun(loaded)
@@ -138,6 +139,22 @@ def learn(scenario: str, demos: Path, output: Path, settings: tuple[str, ...]) -
     from ichain_drake.cli.run import learn_library
 
     learn_library(_path_scenario(scenario, settings, "ideal", 0, "learn"), demos, output)
+
+
+@app.command()
+@_options("scenario")
+@click.option("--link", required=True, metavar="'PARENT->CHILD'", help="the link to learn anew")
+@click.option("--library", type=PATH, required=True, metavar="DIR", help="the links learned before")
+@_options("physics", "seed", "report", "settings")
+def relearn(
+    scenario: str, link: str, library: Path, physics: str, seed: int, report: str | None, settings: tuple[str, ...]
+) -> None:
+    """Learn one link anew after a change of the scenario (--set), keep the others, and compare."""
+    from ichain_drake.cli.run import relearn_and_compare
+
+    changed = _path_scenario(scenario, settings, physics, seed, "relearn")
+    original = _path_scenario(scenario, (), physics, seed, "relearn")
+    relearn_and_compare(changed, original, link, library, report)
 
 
 @app.command()

@@ -10,13 +10,14 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
+from threadpoolctl import threadpool_limits
 
 from ichain_drake.cli.console import Reporter
-from ichain_drake.errors import InputError
+from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import write_drawing
 from ichain_drake.scenarios import PathScenario, Scenario
-from ichain_drake.scenarios.path_output import prepare_folder, write_pictures, write_recording, write_report
-from ichain_drake.scenarios.path_run import PathRun, choose_paths, data_hash, run_paths
+from ichain_drake.scenarios.path_output import prepare_file, prepare_folder, write_pictures, write_recording, write_report
+from ichain_drake.scenarios.path_run import PathRun, check_settings, choose_paths, data_hash, recorded_seconds, run_paths
 
 
 @dataclass(frozen=True)
@@ -42,15 +43,15 @@ class RunFiles:
         """Make sure that everything can be written before the work starts.
 
         Raises:
-            InputError: naming the folder that can't.
+            InputError: naming the folder or file that can't.
         """
         if self.record is not None and self.record.suffix != ".html":
             raise InputError(f"--record {self.record}: a playback ends in .html")
-        for folder in {self.folder, self.playback.parent, self._report_folder()}:
-            prepare_folder(folder)
-
-    def _report_folder(self) -> Path:
-        return self.folder if self.report in (None, "-") else Path(self.report).parent  # type: ignore[arg-type]
+        prepare_folder(self.folder)
+        for file in (self.playback, self.folder / "paths.png"):
+            prepare_file(file)
+        if self.report != "-":
+            prepare_file(Path(self.report) if self.report else self.folder / "report.json")
 
 
 def run_path_scenario(  # noqa: PLR0917
@@ -70,6 +71,7 @@ def run_path_scenario(  # noqa: PLR0917
 
     Raises:
         InputError: on bad input.
+        UnreachableError: if the arm can't get where it has to; the report is written first.
     """
     if path is not None and names:
         raise InputError("--path and --paths: give one of the two")
@@ -81,7 +83,7 @@ def run_path_scenario(  # noqa: PLR0917
 
         command = load_command(library, scenario.graph, scenario.graph.chain(scenario.target))
         known = load_links(library, scenario.graph, scenario.graph.chain(scenario.target), scenario.target_variables)
-    interrupted = False
+    interrupted, unreachable = False, None
     with Reporter() as say:
         try:
             run_paths(
@@ -95,6 +97,8 @@ def run_path_scenario(  # noqa: PLR0917
             )
         except KeyboardInterrupt:
             interrupted = True
+        except UnreachableError as error:
+            unreachable = error
         say("writing report, playback and pictures")
         written = _write_all(started, files)
     if files.report != "-":
@@ -102,6 +106,8 @@ def run_path_scenario(  # noqa: PLR0917
     if interrupted:
         print("ichain: interrupted; what was done so far is kept", file=sys.stderr)
         return 130
+    if unreachable is not None:
+        raise unreachable
     return 0 if started.goal_reached else 1
 
 
@@ -145,16 +151,42 @@ def learn_library(scenario: PathScenario, demos: Path, library: Path) -> None:
     from ichain_drake.learning.chain import learn_chain
     from ichain_drake.learning.library import save_chain
 
+    check_settings(scenario)
     pieces = read_demonstrations(demos, scenario.graph)
     prepare_folder(library)
     with Reporter() as say:
+        seconds = recorded_seconds(pieces, scenario.graph)
         candidates = scenario.config.learning.candidates()
-        chain = learn_chain(
-            pieces, scenario.graph, scenario.target, scenario.target_variables, candidates, progress=say
-        )
+        with threadpool_limits(limits=1):  # as in a run, so that the same demonstrations give the same models
+            chain = learn_chain(
+                pieces, scenario.graph, scenario.target, scenario.target_variables, candidates, seconds, say
+            )
     save_chain(chain, library, scenario.name, data_hash(pieces))
     for link in chain.links:
         print(f"{link.interaction.name}: {link.forward.samples} samples, score {link.forward.score:.4f}, {link.forward.spec}")
+
+
+def relearn_and_compare(
+    scenario: PathScenario, original: PathScenario, link: str, library: Path, report: str | None
+) -> None:
+    """`ichain relearn`: print one row per way to adapt, and write the report.
+
+    Raises:
+        InputError: on an unknown link, or a library that lacks one.
+    """
+    from ichain_drake.scenarios.path_relearn import relearn_link
+
+    with Reporter() as say:
+        found = relearn_link(scenario, original, link, library, say)
+    cases = list(found["rows"][0]["paths"])
+    table = Table("learned anew", *(f"{c} ({scenario.unit})" for c in cases), "new samples", "robot (s)", box=None)
+    for row in found["rows"]:
+        errors = ["lost" if row["paths"][c] is None else f"{row['paths'][c]:.3f}" for c in cases]
+        table.add_row(row["way"], *errors, str(row["new_samples"]), f"{row['robot_seconds']:.0f}")
+    console = Console(width=120)
+    with console.capture() as capture:
+        console.print(table)
+    deliver_report(found, report, capture.get().rstrip())
 
 
 def draw_graph(scenario: Scenario, file: Path | None, *, diagram: bool) -> str:
@@ -191,6 +223,5 @@ def deliver_report(report: dict[str, Any], file: str | None, text: str) -> None:
         return
     print(text)
     if file is not None:
-        prepare_folder(Path(file).parent)
         write_report(report, Path(file))
         print(f"written: {file}")

@@ -232,12 +232,18 @@ class PredictiveLevel:
 
     def _improve(self, plan: FloatArray, residual: FloatArray, jacobian: FloatArray) -> FloatArray:
         n, horizon, m = plan.shape
+        lower, upper = np.tile(self.lower, horizon), np.tile(self.upper, horizon)
+        flat = plan.reshape(n, -1)
         transposed = np.swapaxes(jacobian, 1, 2)
         damping = 1e-6 * np.eye(horizon * m) / np.tile(self.parent_scale, horizon) ** 2
-        step = -np.linalg.solve(transposed @ jacobian + damping, transposed @ residual[..., None])[..., 0]
-        reach = np.tile(0.35 * (self.upper - self.lower), horizon)
-        moved = plan.reshape(n, -1) + np.clip(step, -reach, reach)
-        return np.clip(moved.reshape(plan.shape), self.lower, self.upper)
+        gradient = (transposed @ residual[..., None])[..., 0]
+        # Projected Newton (Bertsekas 1982): what is at a bound and pushed against it stays, the rest is solved for.
+        free = ~(((flat <= lower) & (gradient > 0)) | ((flat >= upper) & (gradient < 0)))
+        hessian = transposed @ jacobian + damping
+        hessian = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(horizon * m) * hessian)
+        step = -np.linalg.solve(hessian, np.where(free, gradient, 0.0)[..., None])[..., 0]
+        reach = 0.35 * (upper - lower)
+        return np.clip(flat + np.clip(step, -reach, reach), lower, upper).reshape(plan.shape)
 
 
 def _extend(wanted: FloatArray, ticks: int) -> FloatArray:

@@ -125,13 +125,19 @@ class TimedPath:
         spacing = float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
         tangent = np.gradient(points, axis=0)
         direction = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
-        curvature = _mean_curvature(points, spacing, max(1, round(self.limits.smoothing / spacing / 2)))
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "_spacing", spacing)
+        curvature = self.mean_curvature(self.limits.smoothing)
         nominal = self.limits.speed
         speed = nominal / np.sqrt(1.0 + (nominal * np.abs(curvature) / self.limits.turn_rate) ** 2)
         time = np.concatenate([[0.0], np.cumsum(2.0 * spacing / (speed[1:] + speed[:-1]))])
-        values: dict[str, object] = {"_spacing": spacing, "points": points, "direction": direction, "curvature": curvature, "speed": speed, "time": time}
+        values = {"direction": direction, "curvature": curvature, "speed": speed, "time": time}
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    def mean_curvature(self, window: float) -> FloatArray:
+        """Curvature at the path's points, averaged over a window of a length [unit], shape (n,) [1/unit]."""
+        return _mean_curvature(self.points, self._spacing, max(1, round(window / self._spacing / 2)))
 
     def at_time(self, time: FloatArray) -> FloatArray:
         """Points at times [s], shape (..., 2); beyond the end straight on at the last speed."""

@@ -15,6 +15,7 @@ _SPEED_BAND = 0.3  # transitions within this fraction of a speed count as that s
 _QUANTILE = 0.98  # the sharpest few are noise
 _WINDOW = 15.0  # length over which a path's turn is measured, in its unit
 _FEWEST = 8
+_EVERY = 3  # points of the path from one check to the next
 
 
 def check_turns(path: TimedPath, chain: LearnedChain, where: str, unit: str) -> None:
@@ -40,12 +41,8 @@ def check_turns(path: TimedPath, chain: LearnedChain, where: str, unit: str) -> 
     turns = np.concatenate([wrap_angle(np.diff(piece[:, h])) for piece in chain.validation])
     length = np.linalg.norm(moves, axis=1)
     speed = length / TICK
-    spacing = float(np.linalg.norm(path.points[1] - path.points[0]))
-    half = max(1, round(_WINDOW / spacing / 2))
-    padded = np.pad(np.gradient(path.direction) / spacing, half, mode="edge")
-    curvature = np.abs(np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid"))
-    step = max(1, half // 2)
-    for i in range(0, len(curvature), step):
+    curvature = np.abs(path.mean_curvature(_WINDOW))
+    for i in range(0, len(curvature), _EVERY):
         near = np.abs(speed - path.speed[i]) < _SPEED_BAND * path.speed[i]
         if near.sum() < _FEWEST or curvature[i] <= 0:
             continue

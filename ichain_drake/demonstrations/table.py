@@ -142,13 +142,13 @@ def _check_values(demo: Demonstration, graph: InteractionGraph) -> None:
     if (steps <= 0).any():
         row = int(np.argmax(steps <= 0)) + 1
         what = "a doubled time" if steps[row - 1] == 0 else "a time before the previous one"
-        raise InputError(f"{demo.name}: line {row + 2}, column {TIME}: {what}; sort the rows by time and remove doubles")
+        raise InputError(f"{demo.name}: line {row + 2}, column {TIME}: {what}; sort by time and remove doubles")
     off = np.abs(steps - TICK) > _TIME_TOLERANCE * TICK
     if off.any():
         row = int(np.argmax(off)) + 1
         raise InputError(
-            f"{demo.name}: line {row + 2}, column {TIME}: {steps[row - 1]:.4g} s since the previous row, {TICK:.4g} s needed; "
-            "record at 3 Hz, or split the piece there"
+            f"{demo.name}: line {row + 2}, column {TIME}: {steps[row - 1]:.4g} s since the previous row, {TICK:.4g} s "
+            "needed; record at 3 Hz, or split the piece there"
         )
 
 

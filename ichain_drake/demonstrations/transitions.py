@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +90,7 @@ def collect_transitions(
     """
     child_space = graph.objects[interaction.child].observable
     parent_space = graph.objects[interaction.parent].observable
-    parts: list[tuple[FloatArray, ...]] = []
+    parts: list[tuple[NDArray[Any], ...]] = []
     for number, piece in enumerate(pieces):
         if not (piece.has(interaction.child, child_space) and piece.has(interaction.parent, parent_space)):
             continue

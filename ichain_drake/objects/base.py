@@ -94,6 +94,7 @@ class WorldObject(LeafSystem):
         self.settings = settings or ObjectSettings()
         space = self.state_space
         start = space.check(self.default_state() if initial is None else initial, f"{name}: initial state")
+        self._settles = type(self).settle is not WorldObject.settle
         self._observable = space.observable_indices
         self._plant = space.plant_indices if self.settings.body_size else np.zeros(0, dtype=np.intp)
         self._process_noise = NoiseStream(
@@ -119,7 +120,7 @@ class WorldObject(LeafSystem):
 
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
         decides = type(self).decide_active is not WorldObject.decide_active
-        if decides or self.immediate or len(self._plant):
+        if decides or self.immediate or self._settles or len(self._plant):
             self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
         self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._advance)
 
@@ -161,6 +162,22 @@ class WorldObject(LeafSystem):
             The decision per parent; by default every interaction is always active (paper sec. III, chains).
         """
         return dict.fromkeys(self.parents, True)
+
+    def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
+        """What holds at the instant t itself, once the modes of t are decided: the pose of a held object, for instance.
+
+        Called before any `step` of this frame, so that every `step` sees settled states. Values sampled from a body
+        are put back afterwards.
+
+        Args:
+            state: shape (..., n_variables).
+            parents: state of each parent, shape (..., n_parent_variables).
+            active: the decision of t per parent, shape (...).
+
+        Returns:
+            The state at t, shape (..., n_variables); as it was unless overridden.
+        """
+        return state
 
     def sample_body(self, body: FloatArray) -> FloatArray:
         """Values of the variables marked `measured_in: plant`, from the body's [q; v].
@@ -229,9 +246,13 @@ class WorldObject(LeafSystem):
             plant_values = value[self._plant]
             value = self._step_once(context, value, parents, modes)
             value[self._plant] = plant_values
+        if self._settles:
+            plant_values = value[self._plant]
+            value = np.array(self.settle(value, parents, modes), dtype=float)
+            value[self._plant] = plant_values
         discrete = state.get_mutable_discrete_state()
         discrete.set_value(self._active, [float(modes[p]) for p in self.parents])
-        if self.immediate or len(self._plant):
+        if self.immediate or self._settles or len(self._plant):
             discrete.set_value(self._state, value)
 
     def _advance(self, context: Context, discrete: DiscreteValues) -> None:

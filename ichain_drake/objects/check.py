@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource
 
 from ichain_drake.errors import IchainError
 from ichain_drake.objects.base import ObjectSettings, WorldObject
@@ -151,30 +149,3 @@ def _check_replay(system: WorldObject, name: str) -> None:
         final = simulator.get_context()
         values.append(np.concatenate([system.GetOutputPort(p).Eval(final) for p in _OUTPUTS]))
     _require(bool(np.array_equal(values[0], values[1])), name, "two runs from one context differ; draw no own noise")
-
-
-def simulate_alone(
-    factory: type[WorldObject], inputs: dict[str, np.ndarray], parents: dict, seconds: float, **kwargs
-) -> np.ndarray:
-    """Run one object with constant parents, for a first look or a test.
-
-    Args:
-        factory: the object's class.
-        inputs: the constant state of each parent.
-        parents: the parents' state spaces.
-        seconds: duration [s].
-        **kwargs: passed to the class.
-
-    Returns:
-        The final state, shape (n_variables,).
-    """
-    builder = DiagramBuilder()
-    kwargs.setdefault("settings", ObjectSettings())
-    system = builder.AddSystem(factory("alone", parents, **kwargs))
-    for parent, value in inputs.items():
-        source = builder.AddSystem(ConstantVectorSource(value))
-        builder.Connect(source.get_output_port(), system.GetInputPort(parent))
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo(seconds)
-    return system.get_state(system.GetMyContextFromRoot(simulator.get_context()))

@@ -47,6 +47,7 @@ class ArmRobot(Diagram):
     def __init__(self, spec: RobotSpec, bodies: Mapping[str, BodySpec], seed: int = 0, object_id: int = 0) -> None:
         super().__init__()
         self.spec = spec
+        self.bodies = dict(bodies)
         builder = DiagramBuilder()
         self._robot = add_robot_plant(builder, spec, bodies)
         self.plant, self.scene_graph = self._robot.plant, self._robot.scene_graph
@@ -66,12 +67,11 @@ class ArmRobot(Diagram):
         )
         step = self.plant.time_step()
         closed = bool(home[GRIP] > 0.5)  # noqa: PLR2004
-        plan_size = self.motion.GetOutputPort("plan").size()
-        ik = InverseKinematics(self.kinematics, joints, spec.ik_rate, step, grip, plan_size, closed=closed)
+        size = self.motion.GetOutputPort("plan").size()
+        ik = InverseKinematics(self.kinematics, joints, spec.ik_rate, step, grip, size, closed=closed)
         self.ik = add("inverse_kinematics", ik)
         n, fingers = self.kinematics.size, len(self._robot.fingers)
-        row = np.concatenate([joints, grip[int(closed)]])
-        self.playout = add("playout", Playout(n, fingers, self.ik.steps, step, n + 2, row))
+        self.playout = add("playout", Playout(n, fingers, ik.steps, step, n + 2, np.r_[joints, grip[int(closed)]]))
         sensor = add("hand_sensor", HandSensor(spec.hand, self.kinematics))
         self.measurement = add("measurement", HandMeasurement(spec.hand, seed, object_id))
         positions = add("positions", Demultiplexer([self.plant.num_positions(), self.plant.num_velocities()]))
@@ -96,7 +96,7 @@ class ArmRobot(Diagram):
         builder.ExportOutput(self.measurement.GetOutputPort("valid"), "valid")
         builder.ExportOutput(self.motion.GetOutputPort("setpoint"), "setpoint")
         if self._robot.bodies:
-            touching = self._robot.gripper if self._robot.gripper is not None else arm
+            touching = arm if self._robot.gripper is None else self._robot.gripper
             touch = add("touch", TouchSensor(plant, touching, self._robot.bodies))
             connect(plant.get_contact_results_output_port(), touch.get_input_port())
             for name, instance in self._robot.bodies.items():
@@ -182,7 +182,8 @@ class ArmRobot(Diagram):
             self.scene_graph.GetMyContextFromRoot(root_context)
         )
         own = {
-            g for b in self.plant.GetBodyIndices(gripper)
+            g
+            for b in self.plant.GetBodyIndices(gripper)
             for g in self.plant.GetCollisionGeometriesForBody(self.plant.get_body(b))
         }
         pairs = query.ComputeSignedDistancePairwiseClosestPoints(0.05)

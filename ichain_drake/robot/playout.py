@@ -58,3 +58,8 @@ class Playout(LinearSystem):
     def set_rows(self, context: Context, row: FloatArray) -> None:
         """Let every row hold the same, shape (width,): at rest."""
         context.SetDiscreteState(np.tile(row, self._rows))
+
+    def played(self, context: Context) -> FloatArray:
+        """The positions that the plant was given at the last step, shape (width,)."""
+        values = context.get_discrete_state_vector().value()
+        return values[: len(values) // self._rows].copy()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
@@ -52,9 +53,14 @@ class Scenario(ABC):
             raise InputError(f"{self.name} has no fault {self.config.fault.kind!r}; it has {', '.join(self.faults)}")
         if self.config.camera.yaw_deg != 0.0 and "camera" not in self.features:
             raise InputError(f"{self.name} has no camera: leave camera.yaw_deg at 0")
-        if not self.config.noise.scale >= 0:
+        if not (self.config.noise.scale >= 0 and math.isfinite(self.config.noise.scale)):
             raise InputError(f"noise.scale is {self.config.noise.scale}; give a number from 0")
         self.graph = self.make_graph()
+        self.config.control.candidates()  # what is wrong with these is said now, not after minutes of work
+        edges = {e.name for e in self.graph.interactions}
+        for name in self.config.learning.candidates():
+            if name not in edges:
+                raise InputError(f"learning.links: {name} is no interaction of {self.name}; it has {', '.join(edges)}")
 
     features: ClassVar[tuple[str, ...]] = ()
 

@@ -5,7 +5,7 @@ candidate lists of `models/scenarios/car_game.yaml`. Everything else is learned.
 """
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -19,8 +19,8 @@ from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects import Car, Joystick, JoystickMount, ObjectSettings
-from ichain_drake.objects.joystick import JoystickDrawing, tilt_from_axes
-from ichain_drake.robot import BodySpec, build_robot, hand_pose
+from ichain_drake.objects.joystick import FULL_TILT, JoystickDrawing, axes_from_tilt, tilt_from_axes
+from ichain_drake.robot import BodySpec, Physics, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.scenarios.car_game_demonstrations import Driver, Player
@@ -37,6 +37,7 @@ _IDS = {HAND: 0, JOYSTICK: 1, CAR: 2}
 _JOYSTICK_FILE = "package://ichain_drake_models/joystick/joystick.sdf"
 _START_SPREAD = 1.0  # px, standard deviation of where a run starts
 _RUNS_PER_SEED = 1000
+_WANTED_STEP = math.radians(15.0)
 
 
 @dataclass
@@ -107,6 +108,10 @@ class CarGame(PathScenario):
     config_class: ClassVar[type[ScenarioConfig]] = CarGameConfig
     target: ClassVar[str] = CAR
     config: CarGameConfig
+
+    def __init__(self, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> None:
+        super().__init__(overrides, physics, seed)
+        _check_numbers(self.config)
 
     def make_graph(self) -> InteractionGraph:
         """hand -> joystick -> car."""
@@ -253,9 +258,46 @@ class CarGame(PathScenario):
         world, prepare = self.build_world(np.array([400.0, 300.0, 0.5, 20.0, 0.0, 0.0]), [0.0, 0.0], run, physics)
         return record(world, prepare, driver, count, objects, "drive")
 
+    def held_out_wanted(self, count: int) -> FloatArray:
+        """Axes to ask for when the first link is measured: a random walk of tilts that no demonstration shares.
+
+        Args:
+            count: how many.
+
+        Returns:
+            Wanted axes, shape (count, 2), for tilts within 25 deg that change by at most 15 deg from one to the next.
+        """
+        rng = np.random.default_rng([self.seed, 905])
+        tilt, tilts = np.zeros(2), []
+        while len(tilts) < count:
+            candidate = tilt + rng.uniform(-_WANTED_STEP, _WANTED_STEP, 2)
+            if np.abs(candidate).max() <= FULL_TILT:
+                tilt = candidate
+                tilts.append(tilt)
+        return axes_from_tilt(np.array(tilts))
+
     def monolithic_demonstration(self, count: int) -> Demonstration:
         """The driver again, but with the robot's hand, in this scenario's physics."""
         return self.record_drive(count, None, (HAND, CAR), 903)
+
+
+def _check_numbers(config: CarGameConfig) -> None:
+    """Refuse numbers that would fail later, in the middle of a run.
+
+    Raises:
+        InputError: naming the key.
+    """
+    config.joystick.mount()
+    for key, value in (
+        ("joystick.handle", config.joystick.handle),
+        ("play.reach", config.play.reach),
+        ("play.step", config.play.step),
+    ):
+        if not 0 < value < math.inf:
+            raise InputError(f"{key} is {value}; give a number above 0, in metres")
+    axes = config.start.axes
+    if len(axes) != 2 or not all(-1 <= a <= 1 for a in axes):  # noqa: PLR2004
+        raise InputError(f"start.axes is {axes}; give steering and throttle, each from -1 to 1")
 
 
 def reference_paths(points: int = 4000) -> dict[str, FloatArray]:

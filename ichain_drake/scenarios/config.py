@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import yaml
 from pydrake.common.yaml import yaml_load_typed
 
-from ichain_drake.control.chain import ControlCandidates
+from ichain_drake.control.chain import METHODS, ControlCandidates
 from ichain_drake.control.path import PathLimits
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain import LinkCandidates
@@ -141,8 +141,10 @@ class ControlConfig:
         """What validation may choose from.
 
         Raises:
-            InputError: on an empty list or a horizon below 2.
+            InputError: on an unknown method, an empty list or a horizon below 2.
         """
+        if self.method not in METHODS:
+            raise InputError(f"control.method {self.method!r}: choose {' or '.join(METHODS)}")
         if not self.horizons or not self.efforts or min(self.horizons) < 2 or min(self.efforts) <= 0:  # noqa: PLR2004
             raise InputError("control: give horizons of at least 2 ticks and efforts above 0")
         return ControlCandidates(tuple(self.horizons), tuple(self.efforts), self.along)
@@ -205,18 +207,24 @@ def load_config(schema: type[ConfigT], file: Path, overrides: Sequence[str] = ()
     """
     try:
         data = yaml.safe_load(file.read_text()) or {}
-    except OSError as error:
-        raise InputError(f"{file}: can't read the scenario: {error.strerror or error}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: can't read the scenario: {_one_line(error)}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{file}: malformed YAML: {_one_line(error)}") from None
     if not isinstance(data, dict):
         raise InputError(f"{file}: a scenario is a mapping of sections")
+    config = _typed(schema, data, str(file))
     for setting in overrides:
         _override(data, setting, schema)
+        config = _typed(schema, data, f"--set {setting}")
+    return config
+
+
+def _typed(schema: type[ConfigT], data: dict[str, Any], where: str) -> ConfigT:
     try:
         return yaml_load_typed(schema=schema, data=yaml.safe_dump(data), defaults=schema())
     except Exception as error:  # pydrake raises several kinds for bad values
-        raise InputError(f"{file}: {_explain(error)}") from None
+        raise InputError(f"{where}: {_explain(error)}") from None
 
 
 def _one_line(error: Exception) -> str:
@@ -225,6 +233,8 @@ def _one_line(error: Exception) -> str:
 
 def _explain(error: Exception) -> str:
     """Drake's error without addresses of YAML strings that the user never wrote."""
+    if isinstance(error, AssertionError):
+        return f"a section of keys belongs there, not {_one_line(error) or 'a plain value'}"
     return _one_line(error).replace("<string>", "").strip(": ")[:400]
 
 
@@ -240,7 +250,7 @@ def _override(data: dict[str, Any], setting: str, schema: type[Any]) -> None:
     node, kind = data, schema()
     for i, part in enumerate(parts):
         names = [f.name for f in fields(kind)] if is_dataclass(kind) else list(kind) if isinstance(kind, dict) else []
-        free = isinstance(kind, dict)
+        free = isinstance(kind, dict) or kind is None  # an optional section, absent by default
         if not free and part not in names:
             close = difflib.get_close_matches(part, names, n=1)
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(names) or 'none'}"
@@ -248,7 +258,7 @@ def _override(data: dict[str, Any], setting: str, schema: type[Any]) -> None:
         if i == len(parts) - 1:
             node[part] = value
             return
-        kind = kind.get(part, {}) if free else getattr(kind, part)
+        kind = (kind or {}).get(part, {}) if free else getattr(kind, part)
         if not isinstance(node.get(part), dict):
             node[part] = {}
         node = node[part]

@@ -13,7 +13,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from ichain_drake.control.path import TimedPath
 from ichain_drake.control.systems import Controller, PathFollower
 from ichain_drake.state import FloatArray
-from ichain_drake.timing import FRAME, TICK
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
 
 _SEARCH_TICKS = 4.0
@@ -135,7 +135,8 @@ class Episode:
         """
         start = round(self.context.get_time() / TICK)
         for tick in range(start, start + ticks):
-            self.simulator.AdvanceTo((tick + 1) * TICK)
+            # Counted in frames: a number of ticks may end a rounding error before its last frame.
+            self.simulator.AdvanceTo((tick + 1) * FRAMES_PER_TICK * FRAME)
             if stop is not None and stop(self):
                 return True
         return False

@@ -18,7 +18,8 @@ from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain import LearnedChain, LinkCandidates, learn_chain, replace_samples
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import PathScenario
-from ichain_drake.scenarios.path_run import PathResult, choose_paths, follow, oracle_follow
+from ichain_drake.scenarios.link_accuracy import HasWantedStates, first_link_graph, learn_first_link, measure_first_link
+from ichain_drake.scenarios.path_run import PathResult, check_settings, choose_paths, follow, oracle_follow
 
 FULL = 500
 """Transitions per link that the paper had (sec. IV)."""
@@ -61,7 +62,36 @@ VARIANTS: tuple[Variant, ...] = (
     Variant("monolithic_paper", "inverse", 2 * FULL, monolithic=True, description="robot -> target, paper's method"),
 )
 ORACLE = "oracle"
-METHODS: tuple[str, ...] = (*dict.fromkeys(v.method for v in VARIANTS), ORACLE)
+FIRST_LINK = "first_link"
+"""Not a way to follow paths: how well the chain's first link reaches wanted states of its child."""
+
+METHODS: tuple[str, ...] = (*dict.fromkeys(v.method for v in VARIANTS), ORACLE, FIRST_LINK)
+
+
+class EvaluationInterrupted(KeyboardInterrupt):
+    """Ctrl-C in the middle of an evaluation.
+
+    Attributes:
+        found: rows and table of the seeds that were finished.
+    """
+
+    def __init__(self, found: dict[str, Any]) -> None:
+        super().__init__("interrupted")
+        self.found = found
+
+
+def check_evaluation(scenario: PathScenario, trials: int, methods: Sequence[str], jobs: int) -> None:
+    """Refuse what `evaluate_paths` would refuse, before work starts.
+
+    Raises:
+        InputError: on an unknown method, a number below 1, or bad settings.
+    """
+    if trials < 1 or jobs < 1:
+        raise InputError("--trials and --jobs: give numbers from 1")
+    for method in methods:
+        if method not in METHODS:
+            raise InputError(f"there is no method {method!r}; there are {', '.join(METHODS)}")
+    check_settings(scenario)
 
 
 def evaluate_paths(
@@ -89,22 +119,22 @@ def evaluate_paths(
 
     Raises:
         InputError: on an unknown method or a number below 1.
+        EvaluationInterrupted: on Ctrl-C, with the seeds that were finished.
     """
-    if trials < 1 or jobs < 1:
-        raise InputError("--trials and --jobs: give numbers from 1")
-    for method in methods:
-        if method not in METHODS:
-            raise InputError(f"there is no method {method!r}; there are {', '.join(METHODS)}")
+    check_evaluation(scenario, trials, methods, jobs)
     chosen = list(methods) or list(METHODS)
     seeds = [scenario.seed + k for k in range(trials)]
     rows: list[dict[str, Any]] = []
     work = Parallel(n_jobs=jobs, return_as="generator")(
         delayed(_evaluate_seed)(type(scenario), tuple(overrides), scenario.physics, seed, chosen) for seed in seeds
     )
-    for done, found in enumerate(work, start=1):
-        rows += found
-        if progress:
-            progress(f"{done} of {trials} seeds", done / trials)
+    try:
+        for done, found in enumerate(work, start=1):
+            rows += found
+            if progress:
+                progress(f"{done} of {trials} seeds", done / trials)
+    except KeyboardInterrupt:
+        raise EvaluationInterrupted({"rows": rows, "table": summarise(rows)}) from None
     return {"rows": rows, "table": summarise(rows)}
 
 
@@ -124,7 +154,41 @@ def _evaluate_seed(
         if ORACLE in methods:
             for number, (name, path) in enumerate(choose_paths(scenario).items()):
                 rows.append(_row(ORACLE, 0, scenario, name, oracle_follow(scenario, name, path, number)))
+        if FIRST_LINK in methods and isinstance(scenario, HasWantedStates):
+            rows += _first_link_rows(scenario, pieces)
         return rows
+
+
+def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) -> list[dict[str, Any]]:
+    """One row for the end of a wanted state's first tick, one for the next; errors in the child's units."""
+    graph = first_link_graph(scenario.graph, scenario.target)
+    edge = graph.interactions[0]
+    # The recording of later links is not waited for: pieces come one by one.
+    shown = (p for p in (pieces or scenario.record_demonstrations()) if p.has(graph.root, graph.objects[graph.root]))
+    first = [shorten(next(shown), FULL)]
+    rows = []
+    try:
+        chain = learn_first_link(scenario, first, replace_samples(scenario.config.learning.candidates(), FULL))
+        found = measure_first_link(scenario, chain)
+    except IchainError as error:
+        return [_plain_row(FIRST_LINK, FULL, scenario, f"link:{edge.name} {c}", str(error)) for c in ("moving", "rest")]
+    for case, error, true_error in (
+        ("moving", found.moving, found.true_moving),
+        ("rest", found.rest, found.true_rest),
+    ):
+        reason = "" if found.held else f"{edge.name} was not active throughout"
+        row = _plain_row(FIRST_LINK, found.samples, scenario, f"link:{edge.name} {case}", reason)
+        rows.append(row | {"success": found.held, "error": error, "true_error": true_error})
+    return rows
+
+
+def shorten(piece: Demonstration, samples: int) -> Demonstration:
+    """The first transitions of a piece in which its interactions are active."""
+    flags = [name for name in piece.table.columns if "->" in name]
+    on = (piece.table[flags] > 0.5).all(axis=1).to_numpy()
+    done = np.cumsum(on[:-1] & on[1:])
+    rows = int(np.searchsorted(done, samples)) + 2
+    return replace(piece, table=piece.table.iloc[:rows])
 
 
 def _evaluate_variant(
@@ -154,6 +218,8 @@ def learn_variant(
     graph = scenario.graph
     if variant.monolithic:
         graph, candidates = monolithic(scenario, candidates)
+    # Nothing of what lies beyond the samples is used: not for the command map, the limits or validation either.
+    pieces = [shorten(piece, variant.samples) for piece in pieces]
     chain = learn_chain(pieces, graph, scenario.target, scenario.target_variables, candidates)
     control = scenario.config.control.candidates()
     return chain, make_controller(chain, variant.control, scenario.path_limits(), control)
@@ -174,16 +240,23 @@ def _row(
 ) -> dict[str, Any]:
     if result is not None and not result.completed:
         reason = f"left the path or stood still after {result.log.times[-1]:.1f} s"
-    success = result is not None and result.completed
+    row = _plain_row(method, samples, scenario, case, reason)
+    if result is None or not result.completed:
+        return row
+    return row | {"success": True, "error": result.error, "paper_metric": result.paper_metric}
+
+
+def _plain_row(method: str, samples: int, scenario: PathScenario, case: str, reason: str) -> dict[str, Any]:
+    """A row without success."""
     return {
         "method": method,
         "samples": samples,
         "physics": scenario.physics,
         "case": case,
         "seed": scenario.seed,
-        "success": success,
-        "error": result.error if success and result is not None else None,
-        "paper_metric": result.paper_metric if success and result is not None else None,
+        "success": False,
+        "error": None,
+        "paper_metric": None,
         "reason": reason,
     }
 
@@ -193,8 +266,10 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
     The ratio is of means over the seeds that both completed.
     """
+    if not rows:
+        return []
     frame = pd.DataFrame(rows)
-    oracle = frame[frame.method == ORACLE].set_index(["case", "seed"])["error"] if len(frame) else {}
+    oracle = frame[frame.method == ORACLE].set_index(["case", "seed"])["error"]
     table = []
     for (method, samples, case), group in frame.groupby(["method", "samples", "case"], sort=False):
         done = group[group.success]

@@ -29,17 +29,41 @@ def prepare_folder(folder: Path) -> None:
             pass
     except OSError as error:
         raise InputError(
-            f"{folder}: can't write there ({error.strerror or error}); give a writable folder with --output"
+            f"{folder}: can't write there ({error.strerror or error}); give a writable folder"
         ) from None
 
 
+def prepare_file(file: Path) -> None:
+    """Make a file's folder and see that it can be written to, before minutes of work go into it.
+
+    Raises:
+        InputError: if the folder can't be made or written, or a folder has the file's name.
+    """
+    if file.is_dir():
+        raise InputError(f"{file}: is a folder; give the name of a file")
+    if not _is_special(file):
+        prepare_folder(file.parent)
+
+
+def _is_special(file: Path) -> bool:
+    """Whether it is a device or a pipe: such a one is written into, never replaced."""
+    return file.exists() and not file.is_file() and not file.is_dir()
+
+
 def write_report(report: dict[str, Any], file: Path) -> None:
-    """Write a report as JSON, whole or not at all.
+    """Write a report as JSON, whole or not at all; a device or pipe is written into.
 
     Raises:
         InputError: if the file can't be written.
     """
-    write_whole(file, (json.dumps(report, indent=2, allow_nan=False) + "\n").encode())
+    content = (json.dumps(report, indent=2, allow_nan=False) + "\n").encode()
+    if not _is_special(file):
+        write_whole(file.resolve(), content)  # a link stays a link
+        return
+    try:
+        file.write_bytes(content)
+    except OSError as error:
+        raise InputError(f"{file}: can't write the report: {error.strerror or error}") from None
 
 
 def make_recording(run: PathRun) -> Recording:

@@ -17,11 +17,12 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.chain import ChainController, make_controller
 from ichain_drake.control.levels import PredictiveWeights
-from ichain_drake.control.path import TimedPath, check_points, paper_path_error, path_error, read_path
+from ichain_drake.control.path import PathLimits, TimedPath, check_points, paper_path_error, path_error, read_path
 from ichain_drake.control.systems import Controller
 from ichain_drake.control.turns import check_turns
 from ichain_drake.demonstrations import Demonstration, read_demonstrations, write_demonstrations
-from ichain_drake.errors import InputError
+from ichain_drake.errors import InputError, UnreachableError
+from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain import LearnedChain, LearnedLink, learn_chain
 from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.scenarios.base import PathScenario, Progress
@@ -30,6 +31,8 @@ from ichain_drake.scenarios.oracle import OraclePolicy
 from ichain_drake.scenarios.recorder import RecordingInterrupted
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK, TICK
+
+_MOST_POINTS = 10**6
 
 
 @dataclass(frozen=True)
@@ -175,6 +178,7 @@ def choose_paths(scenario: PathScenario, names: Sequence[str] = (), file: Path |
     if file is not None:
         points = read_path(file, scenario.target_variables)
         _check_inside(points, scenario, str(file))
+        _check_length(points, limits, str(file), scenario.unit)
         return {file.stem: TimedPath(points, limits)}
     known = scenario.reference_paths()
     for name in names:
@@ -183,6 +187,7 @@ def choose_paths(scenario: PathScenario, names: Sequence[str] = (), file: Path |
     chosen = {n: known[n] for n in (names or known)}
     for name, points in chosen.items():
         check_points(points, f"path {name}", scenario.target_variables)
+        _check_length(points, limits, f"path {name}", scenario.unit)
     return {n: TimedPath(p, limits) for n, p in chosen.items()}
 
 
@@ -195,6 +200,34 @@ def _check_inside(points: FloatArray, scenario: PathScenario, where: str) -> Non
             f"{where}: line {row + 2}: ({x:g}, {y:g}) {scenario.unit} is outside the screen of "
             f"{scenario.size[0]:g} x {scenario.size[1]:g} {scenario.unit}"
         )
+
+
+def _check_length(points: FloatArray, limits: PathLimits, where: str, unit: str) -> None:
+    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    if length <= limits.tolerance:
+        raise InputError(
+            f"{where}: it is {length:.3g} {unit} long; an end counts as reached within {limits.tolerance:g} {unit}, so "
+            "give a longer path"
+        )
+    if length / limits.spacing > _MOST_POINTS:
+        raise InputError(
+            f"{where}: {length:.0f} {unit} at path.spacing {limits.spacing:g} are over {_MOST_POINTS} points; give a "
+            "larger spacing"
+        )
+
+
+def check_settings(scenario: PathScenario) -> None:
+    """Refuse estimators that learning would refuse, before minutes of recording; a scenario has checked the rest.
+
+    Raises:
+        InputError: on an unknown estimator or parameter; names the interaction.
+    """
+    for name, link in scenario.config.learning.candidates().items():
+        for spec in (*link.forward, *link.inverse, *([link.screening] if link.screening else [])):
+            try:
+                spec.make()
+            except (ValueError, TypeError) as error:  # InputError is one; constructors may raise both
+                raise InputError(f"{name}: {spec}: {error}") from None
 
 
 def run_paths(
@@ -219,11 +252,17 @@ def run_paths(
         progress: called with a line at each step.
 
     Raises:
-        InputError: on bad demonstrations or paths.
+        InputError: on bad settings, demonstrations or paths.
+        UnreachableError: if the arm can't get where it has to; `run.reason` says why.
     """
+    check_settings(run.scenario)
     # One BLAS thread: the matrices are small, and sums must not depend on how many cores there are.
     with threadpool_limits(limits=1):
-        _run_paths(run, demos, keep_demos, known, known_command, oracle, progress or (lambda line: None))
+        try:
+            _run_paths(run, demos, keep_demos, known, known_command, oracle, progress or (lambda line: None))
+        except UnreachableError as error:
+            run.reason = str(error)
+            raise
 
 
 def _run_paths(
@@ -246,7 +285,7 @@ def _run_paths(
         scenario.target,
         scenario.target_variables,
         scenario.config.learning.candidates(),
-        {} if demos is not None else scenario.robot_seconds(),
+        scenario.robot_seconds() if demos is None else recorded_seconds(run.pieces, scenario.graph),
         say,
         known,
         known_command,
@@ -271,13 +310,29 @@ def _run_paths(
     run.reason = f"the end was not reached on: {', '.join(lost)}" if lost else "every path was followed to its end"
 
 
+def recorded_seconds(pieces: Sequence[Demonstration], graph: InteractionGraph) -> dict[str, float]:
+    """Robot time in demonstrations that came from a folder, per interaction name [s].
+
+    A piece in which the robot was recorded took its time; one without it (somebody else moved the parent) did not.
+    """
+    out = {edge.name: 0.0 for edge in graph.interactions}
+    for piece in pieces:
+        if not piece.has(graph.root, graph.objects[graph.root]):
+            continue
+        for edge in graph.interactions:
+            if all(piece.has(end, graph.objects[end]) for end in (edge.parent, edge.child)):
+                out[edge.name] += (len(piece) - 1) * TICK
+    return out
+
+
 def record_pieces(run: PathRun, keep: Path | None, say: Progress, known: Collection[str] = ()) -> None:
     """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is written too."""
     try:
-        for piece in run.scenario.record_demonstrations(say, known):
-            run.pieces.append(piece)
-            if keep is not None:
-                write_demonstrations([piece], keep)
+        with threadpool_limits(limits=1):  # as `run_paths`, whoever records
+            for piece in run.scenario.record_demonstrations(say, known):
+                run.pieces.append(piece)
+                if keep is not None:
+                    write_demonstrations([piece], keep)
     except RecordingInterrupted as stopped:
         run.pieces.append(stopped.piece)
         if keep is not None:

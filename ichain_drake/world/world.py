@@ -36,7 +36,8 @@ class World(Diagram):
         self.robot = robot
         self.objects = dict(objects)
         _check_fit(graph, self.objects)
-        for port, size in (("state", len(graph.objects[graph.root])), ("measured", len(graph.objects[graph.root].observable))):
+        space = graph.objects[graph.root]
+        for port, size in (("state", len(space)), ("measured", len(space.observable))):
             if robot.GetOutputPort(port).size() != size:
                 raise InputError(
                     f"robot {graph.root}: its port {port} has {robot.GetOutputPort(port).size()} values, the graph "

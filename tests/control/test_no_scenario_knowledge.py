@@ -24,7 +24,8 @@ EXTRA = {"steering", "throttle", "stick", "knob", "gas", "brake", "cup", "kettle
 def scenario_words() -> set[str]:
     graphs: list[InteractionGraph] = [CarGame(physics="ideal").graph]
     spaces = [Car.state_space, Joystick.state_space, HAND, *(s for g in graphs for s in g.objects.values())]
-    words = {v.name for s in spaces for v in s.variables} | {s.type for s in spaces} | {n for g in graphs for n in g.objects}
+    words = {v.name for s in spaces for v in s.variables} | {s.type for s in spaces}
+    words |= {n for g in graphs for n in g.objects}
     return (words | EXTRA | {CarGame.name}) - CONTRACT
 
 

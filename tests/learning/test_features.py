@@ -64,9 +64,7 @@ def test_derivatives_equal_central_differences(kind: FeatureKind, pair: np.ndarr
 
 
 @given(pair=states, turn=st.floats(-3.1, 3.1), move=st.tuples(st.floats(-9, 9), st.floats(-9, 9)))
-def test_a_body_code_does_not_see_where_the_body_is(
-    pair: np.ndarray, turn: float, move: tuple[float, float]
-) -> None:
+def test_a_body_code_does_not_see_where_the_body_is(pair: np.ndarray, turn: float, move: tuple[float, float]) -> None:
     """Turning and moving start and end together, about any point, changes nothing; for `raw` it does."""
     moved = pair.copy()
     c, s = np.cos(turn), np.sin(turn)

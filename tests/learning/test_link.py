@@ -85,7 +85,7 @@ def test_the_residual_is_that_of_rows_left_out(name: str) -> None:
         (8, EstimatorSpec("polynomial", {"degree": 3}), r"7 transitions are too few for polynomial\(degree=3\)"),
         (20, EstimatorSpec("polynomial", {"degree": 5}), "n_samples = 19 for degree 5"),
         (40, EstimatorSpec("polynomial", {"degree": 0}), "degree 0: give a whole number"),
-        (40, EstimatorSpec("Ridge", {"alpha": "much"}), r"Ridge\(alpha=much\): .*'alpha'"),
+        (40, EstimatorSpec("Ridge", {"alpha": "much"}), r"Ridge\(alpha='much'\): .*alpha"),
         (40, EstimatorSpec("KNeighborsRegressor", {"n_neighbors": 99}), "KNeighborsRegressor"),
         (40, EstimatorSpec("polynomal"), "no estimator 'polynomal'; did you mean polynomial"),
         (40, EstimatorSpec("polynomial", {"power": 2}), "polynomial has no parameter 'power'"),
@@ -113,6 +113,7 @@ def test_what_can_not_be_fitted_is_refused_with_the_links_name(rows: int, spec: 
 def test_estimators_are_read_from_text(text: str, name: str, parameters: dict[str, object]) -> None:
     spec = EstimatorSpec.parse(text)
     assert (spec.name, spec.parameters) == (name, parameters)
+    assert EstimatorSpec.parse(str(spec)) == spec
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,7 @@ def estimator_names() -> tuple[str, ...]:
     return (*OWN, *_sklearn_classes())
 
 
-def make_estimator(name: str, **parameters: Any) -> BaseEstimator:
+def make_estimator(name: str, /, **parameters: Any) -> BaseEstimator:
     """An unfitted estimator by plain name; nothing is imported by a path from the name.
 
     Args:

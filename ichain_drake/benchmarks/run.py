@@ -1,0 +1,79 @@
+"""All benchmarks in one run, on one thread."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from ichain_drake.benchmarks.chain_length import benchmark_chain_length
+from ichain_drake.benchmarks.decisions import benchmark_decisions
+from ichain_drake.benchmarks.diagram import benchmark_diagram
+from ichain_drake.benchmarks.frozen_models import benchmark_frozen_models
+from ichain_drake.control.chain import METHODS, make_controller
+from ichain_drake.learning.chain import learn_chain
+from ichain_drake.scenarios.base import Progress
+from ichain_drake.scenarios.car_game import CarGame
+
+
+@dataclass(frozen=True)
+class BenchmarkSizes:
+    """How much is measured; the defaults take about a minute on one core.
+
+    Attributes:
+        overrides: settings of the car game, such as `learning.samples=100`.
+        seconds: simulated time of each run of the whole diagram [s].
+        repeats: rounds of each measurement; medians are reported.
+        ticks: decisions that are timed.
+        lengths: numbers of objects in the synthetic chains.
+    """
+
+    overrides: tuple[str, ...] = ()
+    seconds: float = 10.0
+    repeats: int = 5
+    ticks: int = 30
+    lengths: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
+
+
+def run_benchmarks(progress: Progress | None = None, sizes: BenchmarkSizes | None = None) -> dict[str, Any]:
+    """Measure everything; all but the times is the same in every run.
+
+    The models are learned from demonstrations recorded in `ideal` physics; the diagram is that of the car game in
+    `contact`. Times are processor times of this process on one thread.
+
+    Args:
+        progress: called with a line before each part.
+        sizes: see `BenchmarkSizes`.
+
+    Returns:
+        Plain data, ready for JSON: `diagram`, `decision`, `chain_length`, `frozen_models`.
+    """
+    sizes = sizes or BenchmarkSizes()
+    say = progress or (lambda line: None)
+    with threadpool_limits(limits=1):
+        ideal = CarGame(sizes.overrides, "ideal")
+        say("learning the car game")
+        pieces = list(ideal.record_demonstrations())
+        learning = ideal.config.learning.candidates()
+        targets = ideal.target_variables
+        chain = learn_chain(pieces, ideal.graph, ideal.target, targets, learning, ideal.robot_seconds())
+        default = ideal.config.control.method
+        methods = (default, *(m for m in METHODS if m != default))
+        limits, candidates = ideal.path_limits(), ideal.config.control.candidates()
+        controllers = {m: make_controller(chain, m, limits, candidates) for m in methods}
+        say("one control decision")
+        decision = benchmark_decisions(ideal, chain, controllers, sizes.ticks, sizes.repeats)
+        say("the whole diagram against the bare plant")
+        contact = CarGame(sizes.overrides, "contact")
+        diagram = benchmark_diagram(contact, chain, controllers, sizes.seconds, sizes.repeats)
+        say("cost against chain length")
+        chain_length = benchmark_chain_length(sizes.lengths, methods, sizes.repeats)
+        say("frozen models against scikit-learn")
+        frozen = benchmark_frozen_models(sizes.repeats)
+    return {
+        "diagram": diagram,
+        "decision": decision,
+        "chain_length": chain_length,
+        "frozen_models": frozen,
+    }

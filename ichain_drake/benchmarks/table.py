@@ -1,0 +1,91 @@
+"""The benchmarks as plain text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+def format_table(results: Mapping[str, Any]) -> str:
+    """What `run_benchmarks` returned, as text to print."""
+    parts = (
+        _diagram(results["diagram"]),
+        _decision(results["decision"]),
+        _chain_length(results["chain_length"]),
+        _frozen(results["frozen_models"]),
+    )
+    return "\n\n".join("\n".join(part) for part in parts)
+
+
+def _columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Aligned columns, the first to the left, the others to the right."""
+    lines = [list(header), *map(list, rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
+
+    def aligned(line: Sequence[str]) -> str:
+        first, *others = (c.rjust(w) if i else c.ljust(w) for i, (c, w) in enumerate(zip(line, widths, strict=True)))
+        return "  ".join(["", first, *others])
+
+    return [aligned(line) for line in lines]
+
+
+def _diagram(d: Mapping[str, Any]) -> list[str]:
+    rows = [
+        ["bare plant, recorded motion played back", f"{d['bare_ms']:.1f}", "1.00"],
+        [f"whole diagram ({d['method']})", f"{d['whole_ms']:.1f}", f"{d['ratio']:.2f}"],
+        [f"whole diagram ({d['method']}), recorded", f"{d['recorded_ms']:.1f}", f"{d['ratio_recorded']:.2f}"],
+        *([f"whole diagram ({m})", "", f"{r:.2f}"] for m, r in d["ratio_other_methods"].items()),
+    ]
+    parts = [
+        [row["system"], f"{row['ms']:.2f}", f"{row['of_bare']:.2f}", _calls(row["calls_a_second"])]
+        for row in d["breakdown"]
+    ]
+    return [
+        f"Whole diagram against the bare plant: car_game in contact, {d['simulated_seconds']:g} s of {d['path']}, "
+        f"plant step 1/{1 / d['plant_step']:.0f} s",
+        *_columns(["", "ms per simulated s", "x bare"], rows),
+        "Breakdown by system, each with the cost of being timed",
+        *_columns(["", "ms per simulated s", "x bare", "calls a second"], parts),
+    ]
+
+
+def _calls(calls: float | None) -> str:
+    return "" if calls is None else f"{calls:.0f}"
+
+
+def _decision(d: Mapping[str, Any]) -> list[str]:
+    rows = [
+        [method, f"{t['median_ms']:.3f}", f"{t['longest_ms']:.3f}"] for method, t in d.items() if method != "objects"
+    ]
+    return [f"One control decision, {d['objects']} objects", *_columns(["", "median ms", "longest ms"], rows)]
+
+
+def _chain_length(c: Mapping[str, Any]) -> list[str]:
+    labels = {key: key.replace("decision_", "decision, ").replace("_", " ") for key in c["ms"]}
+    rows = [
+        [
+            labels[key],
+            *(f"{v:.3f}" for v in values),
+            f"{1000.0 * c['fit'][key]['slope']:.1f}",
+            f"{c['fit'][key]['r_squared']:.4f}",
+        ]
+        for key, values in c["ms"].items()
+    ]
+    header = ["objects", *(str(n) for n in c["lengths"]), "us an object", "R^2"]
+    return ["Cost against chain length [ms]", *_columns(header, rows)]
+
+
+def _frozen(models: Sequence[Mapping[str, Any]]) -> list[str]:
+    rows = [
+        [
+            m["model"],
+            f"{m['predict_us']:.0f}",
+            f"{m['frozen_us']:.1f}",
+            f"{m['frozen_jacobian_us']:.1f}",
+            f"{m['speedup']:.0f}",
+            f"{m['difference']:.0e}",
+        ]
+        for m in models
+    ]
+    header = ["", "predict us", "frozen us", "with Jacobian us", "times faster", "difference"]
+    return ["Frozen models against scikit-learn, one row", *_columns(header, rows)]

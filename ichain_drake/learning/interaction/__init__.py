@@ -1,0 +1,24 @@
+"""Learning an interaction graph from unordered demonstration pieces with active flags (paper sec. V, VI)."""
+
+from ichain_drake.learning.interaction.events import EdgeExamples, Switching
+from ichain_drake.learning.interaction.inverse import Inverse, invert, wanted_change
+from ichain_drake.learning.interaction.learn import learn_interactions
+from ichain_drake.learning.interaction.model import InteractionModel, LearnedInteraction
+from ichain_drake.learning.interaction.report import report
+from ichain_drake.learning.interaction.scores import event_f1, f1
+from ichain_drake.learning.interaction.spec import InteractionSpec
+
+__all__ = [
+    "EdgeExamples",
+    "InteractionModel",
+    "InteractionSpec",
+    "Inverse",
+    "LearnedInteraction",
+    "Switching",
+    "event_f1",
+    "f1",
+    "invert",
+    "learn_interactions",
+    "report",
+    "wanted_change",
+]

@@ -1,0 +1,122 @@
+"""Checks of demonstration pieces with active flags, before anything is learned from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.state import FloatArray
+
+_PERIOD_TOLERANCE = 0.05
+_DIGITS = 9  # states that agree to so many decimals are the same state
+
+
+def check_pieces(pieces: Sequence[Demonstration], graph: InteractionGraph) -> None:
+    """Check every piece on its own, and that their periods agree.
+
+    Raises:
+        InputError: if there is no piece, on doubled names, periods that differ, flags that are missing or belong to
+            no edge of the graph, and whatever `Demonstration.check` refuses.
+    """
+    if not pieces:
+        raise InputError("no demonstration piece given; record some with active flags")
+    seen: set[str] = set()
+    known = {e.name for e in graph.interactions}
+    for piece in pieces:
+        if piece.name in seen:
+            raise InputError(f"piece {piece.name}: two pieces have this name; give each its own")
+        seen.add(piece.name)
+        flags = [str(c) for c in piece.table.columns if "->" in str(c)]
+        lost = [e.name for e in graph.interactions if e.name not in flags]
+        extra = [f for f in flags if f not in known]
+        if extra:
+            raise InputError(
+                f"piece {piece.name}: flags for {extra[0]}, an edge that the graph lacks; remove the column, or add "
+                f"the edge to the graph (it has {', '.join(sorted(known))})"
+            )
+        if lost:
+            what = "has no active flags" if len(lost) == len(known) else "lacks some active flags"
+            raise InputError(
+                f"piece {piece.name}: {what}; add a column {lost[0]} of 0 and 1 that says when {lost[0]} is active"
+            )
+    _check_periods(pieces)
+    for piece in pieces:
+        piece.check(graph, list(graph.objects))
+
+
+def _check_periods(pieces: Sequence[Demonstration]) -> None:
+    timed = [(p.name, p.period) for p in pieces if "time" in p.table and len(p) > 1]
+    for name, period in timed[1:]:
+        if not abs(period - timed[0][1]) <= _PERIOD_TOLERANCE * abs(timed[0][1]):
+            raise InputError(
+                f"piece {name}: its period is {period:.4g} s, but that of {timed[0][0]} is {timed[0][1]:.4g} s; all "
+                "edges need one period: record or resample every piece at 3 Hz"
+            )
+
+
+def check_flags(names: Sequence[str], flags: Mapping[Interaction, Sequence[NDArray[np.bool_]]]) -> None:
+    """Check that every edge is seen both active and inactive.
+
+    Args:
+        names: of the pieces.
+        flags: per edge and piece, shape (n_rows,).
+
+    Raises:
+        InputError: for an edge that is never or always active; names it and the pieces.
+    """
+    listed = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")  # noqa: PLR2004
+    for edge, parts in flags.items():
+        if not any(p.any() for p in parts):
+            raise InputError(
+                f"{edge.name}: never active in any of the {len(names)} pieces ({listed}); record a piece in which "
+                f"{edge.parent} acts on {edge.child}, or remove the edge"
+            )
+        if all(p.all() for p in parts):
+            raise InputError(
+                f"{edge.name}: active in every row of the {len(names)} pieces ({listed}); record a piece that shows "
+                f"{edge.child} without {edge.parent}, or learn it as a chain"
+            )
+
+
+def check_contradictions(
+    names: Sequence[str],
+    flags: Mapping[Interaction, Sequence[NDArray[np.bool_]]],
+    states: Mapping[str, Sequence[FloatArray]],
+    graph: InteractionGraph,
+) -> None:
+    """Check that no state of a child and all its parents is flagged both ways.
+
+    Args:
+        names: of the pieces.
+        flags: per edge and piece, shape (n_rows,).
+        states: per object and piece, shape (n_rows, n_variables).
+        graph: the interaction graph.
+
+    Raises:
+        InputError: names the edge, both pieces and both lines.
+    """
+    where = [(i, row) for i, part in enumerate(states[graph.root]) for row in range(len(part))]
+    for child in graph.objects:
+        incoming = graph.incoming(child)
+        if not incoming:
+            continue
+        joined = np.hstack([np.vstack(states[n]) for n in (child, *graph.parents(child))])
+        _, label = np.unique(np.round(joined, _DIGITS), axis=0, return_inverse=True)
+        label = label.ravel()
+        for edge in incoming:
+            on = np.concatenate(flags[edge])
+            total, positive = np.bincount(label), np.bincount(label, weights=on)
+            mixed = np.flatnonzero((positive > 0) & (positive < total))
+            if len(mixed):
+                rows = np.flatnonzero(label == mixed[0])
+                a, b = rows[on[rows]][0], rows[~on[rows]][0]
+                (i, row_a), (j, row_b) = where[a], where[b]
+                raise InputError(
+                    f"{edge.name}: contradictory flags: piece {names[i]} line {row_a + 2} says active, piece "
+                    f"{names[j]} line {row_b + 2} inactive, in the same state; correct one of them or remove the piece"
+                )

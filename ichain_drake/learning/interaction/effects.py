@@ -1,0 +1,167 @@
+"""Effects: what an active interaction adds to a child's passive dynamics (paper eq. 2, 3; effects add up)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.graph import Interaction
+from ichain_drake.learning.interaction.alignment import Alignment
+from ichain_drake.learning.interaction.columns import Column, candidate_columns
+from ichain_drake.learning.interaction.data import GraphData, Piece
+from ichain_drake.learning.interaction.passive import PassiveDynamics
+from ichain_drake.learning.interaction.regression import Regression, choose_regression
+from ichain_drake.learning.interaction.spec import InteractionSpec
+from ichain_drake.state import FloatArray
+
+_AT_BOUND = 3.0  # noises
+_LEAST_ALONE = 24  # rows in which no other interaction acts
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What one interaction does to one variable of the child in a tick.
+
+    Attributes:
+        variable: index of the child's variable.
+        columns: inputs, in the order of the regression's.
+        regression: the fitted change.
+    """
+
+    variable: int
+    columns: tuple[Column, ...]
+    regression: Regression
+
+    def __call__(self, parent: FloatArray, parent_next: FloatArray, child: FloatArray) -> FloatArray:
+        """Predicted change, shape (n,), from the parent's states at t and t + 1 and the child's at t, (n, ...)."""
+        if not self.columns:
+            return np.full(len(child), self.regression.constant)
+        return self.regression(np.stack([c(parent, parent_next, child) for c in self.columns], axis=1))
+
+
+@dataclass
+class _Rows:
+    """Ticks in which an interaction is active."""
+
+    parent: FloatArray
+    parent_next: FloatArray
+    child: FloatArray
+    child_next: FloatArray
+    others: dict[Interaction, tuple[FloatArray, FloatArray, NDArray[np.bool_]]]
+    piece: NDArray[np.intp]
+    row: NDArray[np.intp]
+
+
+def _active_ticks(piece: Piece, edge: Interaction) -> NDArray[np.intp]:
+    flag = piece.flags[edge]
+    return np.flatnonzero(flag[:-1] & flag[1:])
+
+
+def _collect(data: GraphData, edge: Interaction) -> _Rows:
+    ticks = [_active_ticks(p, edge) for p in data.pieces]
+    if sum(map(len, ticks)) == 0:  # never two rows in a row: take what there is
+        ticks = [np.flatnonzero(p.flags[edge][1:]) for p in data.pieces]
+
+    def take(obj: str, later: int) -> FloatArray:
+        return np.vstack([p.states[obj][t + later] for p, t in zip(data.pieces, ticks, strict=True)])
+
+    others = {
+        e: (
+            take(e.parent, 0),
+            take(e.parent, 1),
+            np.concatenate([p.flags[e][t + 1] for p, t in zip(data.pieces, ticks, strict=True)]),
+        )
+        for e in data.incoming(edge.child)
+        if e != edge
+    }
+    return _Rows(
+        take(edge.parent, 0),
+        take(edge.parent, 1),
+        take(edge.child, 0),
+        take(edge.child, 1),
+        others,
+        np.repeat(np.arange(len(ticks)), [len(t) for t in ticks]),
+        np.concatenate(ticks),
+    )
+
+
+def learn_effects(
+    data: GraphData,
+    child: str,
+    passive: PassiveDynamics,
+    alignments: Mapping[Interaction, Alignment | None],
+    spec: InteractionSpec,
+    noise: Mapping[str, FloatArray],
+) -> dict[Interaction, tuple[Effect, ...]]:
+    """Effects of all interactions on one object.
+
+    Each interaction is first fitted where no other one acts, if there is enough of that; then anew on what the others
+    leave, so that several parents of one child are told apart.
+    """
+    edges = data.incoming(child)
+    rows = {e: _collect(data, e) for e in edges}
+    columns = {e: candidate_columns(data, e, alignments[e], noise) for e in edges}
+    found: dict[Interaction, list[Effect]] = {e: [] for e in edges}
+    for i, v in enumerate(passive.variables):
+        if v.kind == "change":
+            continue
+        effects: dict[Interaction, Effect] = {}
+        for sweep in range(2 if len(edges) > 1 else 1):
+            for e in edges:
+                overlap = np.any([on for _, _, on in rows[e].others.values()], axis=0) if len(edges) > 1 else None
+                if sweep and (overlap is None or not _overlapping(rows[e], effects)):
+                    continue  # nothing to tell apart
+                alone = ~overlap if not sweep and overlap is not None else None
+                use = alone if alone is not None and alone.sum() >= _LEAST_ALONE else None
+                effect = _fit(i, rows[e], columns[e], passive, effects, spec, noise[child], use)
+                effects.pop(e, None)
+                if effect is not None:
+                    effects[e] = effect
+        for e, effect in effects.items():
+            found[e].append(effect)
+    return {e: tuple(effects) for e, effects in found.items()}
+
+
+def _overlapping(rows: _Rows, effects: Mapping[Interaction, Effect]) -> bool:
+    return any(on.any() for e, (_, _, on) in rows.others.items() if e in effects)
+
+
+def _fit(
+    i: int,
+    rows: _Rows,
+    columns: list[Column],
+    passive: PassiveDynamics,
+    effects: Mapping[Interaction, Effect],
+    spec: InteractionSpec,
+    noise: FloatArray,
+    use: NDArray[np.bool_] | None,
+) -> Effect | None:
+    space = passive.space
+    residual = space.difference(rows.child_next, passive(rows.child))[:, i]
+    for e, (parent, parent_next, on) in rows.others.items():
+        if e in effects:
+            residual = residual - on * effects[e](parent, parent_next, rows.child)
+    # What stands at a bound can't show an effect that pushes it there.
+    near = _AT_BOUND * noise[i]
+    value = rows.child[:, i]
+    stuck = (value <= space.lower[i] + near) | (value >= space.upper[i] - near)
+    keep = ~(stuck & (np.abs(residual) < 2 * near) & (passive.variables[i].kind == "hold"))
+    keep = keep if use is None else keep & use
+    if not keep.any():
+        return None
+    x = np.stack([c(rows.parent, rows.parent_next, rows.child) for c in columns], axis=1)
+    fitted = choose_regression(
+        x[keep],
+        residual[keep],
+        rows.piece[keep],
+        rows.row[keep],
+        spec.effect_estimators,
+        1 if passive.variables[i].kind == "constant" else spec.window,
+        np.array([c.source in ("received", "mixing", "aligned_change") for c in columns]),
+    )
+    if fitted is None:
+        return None
+    return Effect(i, tuple(columns[c] for c in fitted.columns), fitted)

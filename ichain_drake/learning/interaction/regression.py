@@ -1,0 +1,229 @@
+"""One regression of a change: which columns, which estimator and whether there is anything to predict at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.errors import InputError
+from ichain_drake.learning.frozen import FrozenModel, freeze
+from ichain_drake.learning.interaction.blocks import piece_blocks, windows
+from ichain_drake.learning.interaction.screening import Screening, window_means
+from ichain_drake.learning.link import EstimatorSpec
+from ichain_drake.state import FloatArray
+
+_EXISTS = 0.8  # an effect must leave at most this share of the squared change
+_HARM = 0.2  # groups that it makes worse may lose this share of what it gains in all
+_SHARE = 0.05  # of the gain, that a group must have to count; two groups must
+_SIMPLER = 0.85  # a later estimator is taken if it leaves at most this share of the error
+_MOST_ROWS = 500
+_DEAD = (0.0, 0.05, 0.1, 0.2, 0.35)  # dead-bands to choose from, in root mean squares of the prediction
+_LEAST = 6
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A fitted change.
+
+    Attributes:
+        columns: indices of the chosen columns, in the order of the model's inputs.
+        frozen: the fitted estimator, or None where the change is a constant.
+        constant: that constant.
+        dead_band: predictions smaller than this are taken as 0: small biases add up over long holds.
+        estimator: name with parameters; `constant` where there is none.
+        std: standard deviation of one tick's left-out residual.
+        drift: the same of the mean residual over a window: what adds up, per tick.
+        explained: share of the squared change over windows that left-out predictions explain, 1 is perfect.
+        samples: number of rows.
+        pieces: number of pieces that they come from.
+        scale: root mean square of the change over windows.
+    """
+
+    columns: tuple[int, ...]
+    frozen: FrozenModel | None
+    constant: float
+    dead_band: float
+    estimator: str
+    std: float
+    drift: float
+    explained: float
+    samples: int
+    pieces: int
+    scale: float
+
+    def __call__(self, rows: FloatArray) -> FloatArray:
+        """Predicted changes, shape (n,), from the chosen columns, shape (n, n_columns)."""
+        if self.frozen is None:
+            return np.full(len(rows), self.constant)
+        value = self.frozen.batch(rows)[:, 0]
+        return np.where(np.abs(value) < self.dead_band, 0.0, value) if self.dead_band > 0 else value
+
+
+def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | None:
+    """The frozen fit, or None where there are too few rows for this estimator."""
+    if len(x) > _MOST_ROWS:
+        rows = np.linspace(0, len(x) - 1, _MOST_ROWS).round().astype(int)
+        x, y = x[rows], y[rows]
+    try:
+        return freeze(spec.make().fit(x, y))
+    except (InputError, ValueError, np.linalg.LinAlgError):
+        return None
+
+
+@dataclass
+class _Sample:
+    """Rows with their groups and windows."""
+
+    x: FloatArray
+    y: FloatArray
+    group: NDArray[np.intp]
+    windows: dict[int, list[tuple[int, int]]]
+    judge: list[tuple[int, int]]
+
+    def group_of(self, marks: Sequence[tuple[int, int]]) -> NDArray[np.intp]:
+        return self.group[[a for a, _ in marks]]
+
+    def judged(self, prediction: FloatArray) -> FloatArray:
+        """Mean residual of each window, shape (n_windows,)."""
+        return window_means(self.y - prediction, self.judge)
+
+
+def choose_regression(
+    x: FloatArray,
+    y: FloatArray,
+    piece: NDArray[np.intp],
+    row: NDArray[np.intp],
+    estimators: Sequence[EstimatorSpec],
+    window: int,
+    preferred: NDArray[np.bool_],
+) -> Regression | None:
+    """Choose columns and estimator by the error on left-out pieces or blocks; None where nothing can be predicted.
+
+    Args:
+        x: candidate columns, shape (n, n_columns).
+        y: the change beyond what is known, shape (n,).
+        piece: piece that each row comes from, shape (n,).
+        row: row of its piece, shape (n,).
+        estimators: candidates, simpler ones first.
+        window: errors are judged over so many ticks; 1 where the variable has no memory.
+        preferred: columns that win ties, shape (n_columns,).
+    """
+    if len(y) < _LEAST:
+        return None
+    group = piece_blocks(piece, row)
+    key = piece * (group.max() + 1) + group
+    lengths = (1,) if window == 1 else (1, window)
+    marks = {n: windows(key, row, n) for n in lengths}
+    sample = _Sample(x, y, group, marks, marks[lengths[-1]])
+    if len(np.unique(group)) < 2:  # noqa: PLR2004
+        return None
+    length = np.array([b - a for a, b in sample.judge], dtype=float)
+    zero = float(np.sum(length * sample.judged(np.zeros(len(y))) ** 2))
+    best: Regression | None = None
+    best_error, best_prediction = np.inf, np.zeros(len(y))
+    for columns, fit_length in _column_sets(sample, preferred):
+        names: Sequence[EstimatorSpec | None] = estimators if columns else (None,)
+        for spec in names:
+            prediction = _left_out(spec, sample, columns, fit_length)
+            if prediction is None:
+                continue
+            error = float(np.sum(length * sample.judged(prediction) ** 2))
+            if error < (1.0 if best is None else _SIMPLER) * best_error:
+                best_error, best_prediction = error, prediction
+                best = _describe(spec, sample, columns, fit_length, piece)
+    if best is None or best_error > _EXISTS * zero or not _helps(sample, best_prediction):
+        return None
+    dead = _dead_band(sample, best_prediction) if best.frozen is not None else 0.0
+    residual = y - np.where(np.abs(best_prediction) < dead, 0.0, best_prediction)
+    return replace(
+        best,
+        dead_band=dead,
+        std=float(np.sqrt(np.mean(residual**2))),
+        drift=float(np.sqrt(np.average(window_means(residual, sample.judge) ** 2, weights=length))),
+        explained=1.0 - best_error / max(zero, 1e-300),
+        scale=float(np.sqrt(zero / length.sum())),
+    )
+
+
+def _column_sets(sample: _Sample, preferred: NDArray[np.bool_]) -> list[tuple[tuple[int, ...], int]]:
+    """Sets of columns worth fitting, with the window length to fit at; the empty set (a constant) first."""
+    judge_group = sample.group_of(sample.judge)
+    sets: list[tuple[tuple[int, ...], int]] = []
+    for degree in (1, 2):
+        for length, marks in sample.windows.items():
+            fit_group = sample.group_of(marks)
+            screen = Screening(sample.x, sample.y, marks, fit_group, sample.judge, judge_group, degree, preferred)
+            sets.append((tuple(screen.select()), length))
+    constants = [((), n) for n in sample.windows]
+    return list(dict.fromkeys([*constants, *sets]))
+
+
+def _left_out(
+    spec: EstimatorSpec | None, sample: _Sample, columns: tuple[int, ...], fit_length: int
+) -> FloatArray | None:
+    """Prediction of every row by a fit that has not seen its group, shape (n,)."""
+    marks = sample.windows[fit_length]
+    x, y = window_means(sample.x[:, list(columns)], marks), window_means(sample.y, marks)
+    group = sample.group_of(marks)
+    out = np.empty(len(sample.y))
+    for g in np.unique(sample.group):
+        train, test = group != g, sample.group == g
+        if spec is None:
+            out[test] = np.mean(y[train])
+            continue
+        model = _fitted(spec, x[train], y[train])
+        if model is None:
+            return None
+        out[test] = model.batch(sample.x[test][:, list(columns)])[:, 0]
+    return out
+
+
+def _describe(
+    spec: EstimatorSpec | None,
+    sample: _Sample,
+    columns: tuple[int, ...],
+    fit_length: int,
+    piece: NDArray[np.intp],
+) -> Regression | None:
+    marks = sample.windows[fit_length]
+    x, y = window_means(sample.x[:, list(columns)], marks), window_means(sample.y, marks)
+    frozen = None if spec is None else _fitted(spec, x, y)
+    if spec is not None and frozen is None:
+        return None
+    weights = np.array([b - a for a, b in marks], dtype=float)
+    return Regression(
+        columns=columns,
+        frozen=frozen,
+        constant=float(np.average(y, weights=weights)),
+        dead_band=0.0,
+        estimator="constant" if spec is None else str(spec),
+        std=0.0,
+        drift=0.0,
+        explained=0.0,
+        samples=len(sample.y),
+        pieces=len(np.unique(piece)),
+        scale=0.0,
+    )
+
+
+def _helps(sample: _Sample, prediction: FloatArray) -> bool:
+    """Whether the prediction lowers the error of several groups, not by luck in one."""
+    length = np.array([b - a for a, b in sample.judge], dtype=float)
+    gain = length * (sample.judged(np.zeros(len(prediction))) ** 2 - sample.judged(prediction) ** 2)
+    group = sample.group_of(sample.judge)
+    gains = np.array([gain[group == g].sum() for g in np.unique(group)])
+    total = float(gains.sum())
+    return total > 0 and float(-gains[gains < 0].sum()) < _HARM * total and int(np.sum(gains > _SHARE * total)) > 1
+
+
+def _dead_band(sample: _Sample, prediction: FloatArray) -> float:
+    length = np.array([b - a for a, b in sample.judge], dtype=float)
+    size = float(np.sqrt(np.mean(prediction**2)))
+    errors = []
+    for share in _DEAD:
+        cut = np.where(np.abs(prediction) < share * size, 0.0, prediction)
+        errors.append(float(np.sum(length * sample.judged(cut) ** 2)))
+    return _DEAD[int(np.argmin(errors))] * size

@@ -1,0 +1,131 @@
+"""Fast choice of columns: forward selection by the error on left-out groups, from sums of products alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.state import FloatArray
+
+_RIDGE = 1e-3
+_SINGLE_GAIN, _PAIR_GAIN = 0.85, 0.72  # the error must fall to this share for a column, for a pair, to be taken
+_PAIR_SEEDS = 10
+_PREFERENCE = 1.03
+
+
+def window_means(values: FloatArray, windows: Sequence[tuple[int, int]]) -> FloatArray:
+    """Mean of rows over windows, shape (n, ...) -> (n_windows, ...)."""
+    total = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
+    a, b = np.array(windows, dtype=np.intp).reshape(-1, 2).T
+    size = (b - a).reshape(-1, *(1 for _ in values.shape[1:]))
+    return (total[b] - total[a]) / size
+
+
+class Screening:
+    """Errors of ridge regressions on some columns, with each group of windows left out in turn.
+
+    Fitted on windows of one length and judged on windows of another: errors that are noise in one tick average out
+    over several, a bias does not. The means of monomials over a window make this exact for polynomials.
+
+    Args:
+        x: columns, shape (n, n_columns).
+        y: target, shape (n,).
+        fit, judge: windows to fit to and to judge by.
+        fit_group, judge_group: group of each window, shape (n_windows,).
+        degree: 1 or 2.
+        preferred: columns that win unless another is clearly better.
+    """
+
+    def __init__(
+        self,
+        x: FloatArray,
+        y: FloatArray,
+        fit: Sequence[tuple[int, int]],
+        fit_group: NDArray[np.intp],
+        judge: Sequence[tuple[int, int]],
+        judge_group: NDArray[np.intp],
+        degree: int,
+        preferred: NDArray[np.bool_],
+    ) -> None:
+        scale = x.std(axis=0)
+        self.usable = scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12)
+        z = (x - x.mean(axis=0)) / np.where(self.usable, scale, 1.0)
+        n = x.shape[1]
+        first, second = np.triu_indices(n)
+        self.degree = degree
+        self.n_columns = n
+        self.preferred = preferred
+        phi = [np.ones((len(x), 1)), z] + ([z[:, first] * z[:, second]] if degree > 1 else [])
+        features = np.hstack(phi)
+        self._pair = np.zeros((n, n), dtype=np.intp)
+        self._pair[first, second] = self._pair[second, first] = 1 + n + np.arange(len(first))
+        self.groups = np.unique(judge_group)
+        self._fit = self._grams(features, y, fit, fit_group)
+        self._judge = self._grams(features, y, judge, judge_group)
+        self._total = tuple(part.sum(axis=0) for part in self._fit)
+
+    def _grams(
+        self, features: FloatArray, y: FloatArray, windows: Sequence[tuple[int, int]], group: NDArray[np.intp]
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        weight = np.sqrt(np.array([b - a for a, b in windows], dtype=float))
+        phi, target = window_means(features, windows) * weight[:, None], window_means(y, windows) * weight
+        parts = [(phi[group == g], target[group == g]) for g in self.groups]
+        return (
+            np.stack([p.T @ p for p, _ in parts]),
+            np.stack([p.T @ t for p, t in parts]),
+            np.array([t @ t for _, t in parts]),
+        )
+
+    def errors(self, columns: Sequence[int]) -> FloatArray:
+        """Squared error of each left-out group, shape (n_groups,), for a regression on some columns."""
+        chosen = list(columns)
+        terms = [0, *(1 + c for c in chosen)]
+        if self.degree > 1:
+            terms += [int(self._pair[a, b]) for k, a in enumerate(chosen) for b in chosen[k:]]
+        index = np.ix_(range(len(self.groups)), terms, terms)
+        gram = self._total[0][np.ix_(terms, terms)][None] - self._fit[0][index]
+        right = self._total[1][terms][None] - self._fit[1][:, terms]
+        ridge = _RIDGE * np.maximum(gram[:, :1, 0], 1.0)[:, :, None] * np.eye(len(terms))
+        ridge[:, 0, 0] = 1e-9
+        w = np.linalg.solve(gram + ridge, right[..., None])[..., 0]
+        judged, cross, square = self._judge
+        return square - 2 * np.sum(w * cross[:, terms], axis=1) + np.einsum("ki,kij,kj->k", w, judged[index], w)
+
+    def error(self, columns: Sequence[int]) -> float:
+        """Sum of `errors`."""
+        return float(self.errors(columns).sum())
+
+    @property
+    def zero_errors(self) -> FloatArray:
+        """Squared error of each group where nothing is predicted, shape (n_groups,)."""
+        return self._judge[2]
+
+    def select(self, most: int = 4) -> list[int]:
+        """Forward selection, one column or a pair at a time."""
+        chosen: list[int] = []
+        best = self.error(chosen)
+        while len(chosen) < most:
+            free = [c for c in range(self.n_columns) if c not in chosen and self.usable[c]]
+            if not free:
+                break
+            singles = sorted((self._ranked([*chosen, c]), i, c) for i, c in enumerate(free))
+            error = self.error([*chosen, singles[0][2]])
+            pairs = []
+            if len(chosen) + 2 <= most:
+                seeds = [c for _, _, c in singles[:_PAIR_SEEDS]]
+                for k, a in enumerate(seeds):
+                    others = [b for b in (free if not chosen else seeds) if b not in seeds[: k + 1]]
+                    pairs += [(self._ranked([*chosen, a, b]), len(pairs) + i, (a, b)) for i, b in enumerate(others)]
+            if pairs and min(pairs)[0] < _PAIR_GAIN * min(error, best):
+                chosen += list(min(pairs)[2])
+            elif error < _SINGLE_GAIN * best:
+                chosen.append(singles[0][2])
+            else:
+                break
+            best = self.error(chosen)
+        return chosen
+
+    def _ranked(self, columns: Sequence[int]) -> float:
+        return self.error(columns) * (1.0 if self.preferred[columns[-1]] else _PREFERENCE)

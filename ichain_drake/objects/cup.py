@@ -1,0 +1,349 @@
+"""A cup of water: a hand moves and tilts it, a dispenser fills it (paper sec. VI)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from pydrake.geometry import Cylinder
+from pydrake.math import RigidTransform, RotationMatrix
+
+from ichain_drake.errors import InputError
+from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.camera import FRAME as CAMERA
+from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.objects.hand_reading import HandReading
+from ichain_drake.objects.region import Region
+from ichain_drake.objects.tank import water_color
+from ichain_drake.objects.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill, vessels
+from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
+
+POSITION_NOISE = 0.0015
+"""Standard deviation of a reading of the position [m]."""
+
+TILT_NOISE = 0.01
+"""Standard deviation of a reading of the tilt [rad]."""
+
+_UPRIGHT = 0.3  # rad; a fuller cup runs over beyond it
+_EMPTYING = 1.5  # rad more until nothing stays in
+_POUR_RATE = 2.0  # 1/s; what is too much leaves exponentially
+_DROPS = 1e-6  # less stays in
+_LIFTED = 0.02  # m above its support: only then a grasp slips
+_TOUCH_ON, _TOUCH_OFF = 2.0, 0.5  # N
+_CUT = 0.5
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A level surface that a cup can stand on: a rectangle of the robot's frame.
+
+    Attributes:
+        x, y: from, to [m].
+        height: [m].
+    """
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    height: float
+
+
+@dataclass(frozen=True)
+class CupFaults:
+    """Mishaps that an evaluation asks for.
+
+    Attributes:
+        slips: times [s]; a grasp is lost at each, or as soon after as the cup is held in the air. The hand must open
+            and close anew.
+        knocks: (time [s], dx, dy [m, robot frame]); the cup is displaced then, or as soon after as it stands.
+    """
+
+    slips: tuple[float, ...] = ()
+    knocks: tuple[tuple[float, float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class CupSettings:
+    """What a scenario gives about a cup.
+
+    Attributes:
+        height, radius: [m].
+        grasp: where the hand must be, relative to the middle of the cup's rim, when it closes around the cup.
+        outlets: by name of a parent that dispenses: where the rim's middle must be to catch the water, robot frame.
+        surfaces: what it can stand on beside the table at height 0.
+        camera: frame in which its pose is seen.
+        faults: see `CupFaults`.
+    """
+
+    height: float = 0.10
+    radius: float = 0.03
+    grasp: Region = field(default_factory=lambda: Region((0.0, 0.0, -0.04), (0.015, 0.015, 0.025)))
+    outlets: Mapping[str, Region] = field(
+        default_factory=lambda: {"tank": Region((0.68, 0.06, 0.11), (0.02, 0.02, 0.015))}
+    )
+    surfaces: tuple[Surface, ...] = ()
+    camera: CameraFrame = field(default_factory=CameraFrame)
+    faults: CupFaults = field(default_factory=CupFaults)
+
+
+_ATTACHMENT = ("lean", "held", "offset_x", "offset_y", "offset_z", "axis_x", "axis_y", "axis_z", "grip", "age")
+
+
+class Cup(WorldObject):
+    """The cup. Its parents: one hand, and the tanks that dispense into it.
+
+    Its position is that of the middle of its rim, in the camera's frame, `tilt` its inclination about the axis that a
+    hand pours about (the robot's x axis; paper sec. VI: theta). Hidden are `lean`, the inclination about the other
+    axis, and the grasp: whether and where in the hand's frame the cup is held.
+
+    Args:
+        cup: see `CupSettings`.
+        parents, initial, settings: see `WorldObject`.
+
+    Raises:
+        InputError: if there is not exactly one hand, or a parent that dispenses has no outlet.
+    """
+
+    state_space: ClassVar[StateSpace]
+
+    @staticmethod
+    def space(givers: Sequence[str] = ("tank",)) -> StateSpace:
+        """The state space of a cup that certain tanks dispense into."""
+        pose = [
+            Variable(a, "m", role=Role("position", CAMERA, a), measured_in="plant") for a in ("x", "y", "z")
+        ]
+        tilt = Variable(
+            "tilt", "rad", -math.pi, math.pi, "angle", Role("orientation", CAMERA, "x"), measured_in="plant"
+        )
+        hidden = [
+            Variable(n, hidden=True, measured_in="plant" if n == "lean" else "")
+            for n in (*_ATTACHMENT, "slips_done", "knocks_done")
+        ]
+        return StateSpace("cup", (*pose, tilt, *contents("water"), *hidden, *bookkeeping(givers)))
+
+    def __init__(
+        self,
+        name: str,
+        parents: Mapping[str, StateSpace],
+        initial: FloatArray | None = None,
+        settings: ObjectSettings | None = None,
+        cup: CupSettings | None = None,
+    ) -> None:
+        self.cup = cup or CupSettings()
+        tanks = vessels(parents)
+        hands = [p for p in parents if p not in tanks]
+        if len(hands) != 1:
+            raise InputError(f"{name}: a cup has one hand among its parents; {len(hands)} given")
+        for tank in tanks:
+            if tank not in self.cup.outlets:
+                raise InputError(f"{name}: no outlet is given for its parent {tank}; name it in CupSettings.outlets")
+        self.state_space = self.space(tanks)  # type: ignore[misc]
+        super().__init__(name, parents, initial, settings)
+        self._hand = hands[0]
+        self._read = HandReading(parents[self._hand], name)
+        if self._read.grip_index is None:
+            raise InputError(f"{name}: its parent {self._hand} has no grip, a binary variable")
+        self._exchange = Exchange(name, self.state_space, parents)
+        index = self.state_space.index
+        self._water, self._lean, self._holding = index("water"), index("lean"), index("held")
+        self._offset, self._axis = index("offset_x"), index("axis_x")
+        self._grip, self._age, self._slips = index("grip"), index("age"), index("slips_done")
+        self._slip_times = np.array(sorted(self.cup.faults.slips))
+        self._knocks = sorted(self.cup.faults.knocks)
+        self._spilled = index("spilled")
+
+    def state_at(self, rim: Sequence[float] | FloatArray, water: float, temperature: float) -> FloatArray:
+        """An upright cup, not held.
+
+        Args:
+            rim: the middle of the rim, in the robot's frame [m], shape (3,).
+            water: amount, 0 to 1.
+            temperature: 0 to 1.
+
+        Returns:
+            shape (n_variables,).
+
+        Raises:
+            InputError: if a value is outside 0..1.
+        """
+        state = np.zeros(len(self.state_space))
+        state[:3] = self.cup.camera.from_robot(np.asarray(rim, dtype=float))
+        fill(self.state_space, state, water, temperature, self.get_name())
+        return state
+
+    def default_state(self) -> FloatArray:
+        """Empty, upright at the robot's origin."""
+        state = np.zeros(len(self.state_space))
+        state[:3] = self.cup.camera.from_robot(np.array([0.0, 0.0, self.cup.height]))
+        return state
+
+    def support(self, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+        """Height of what is below an upright cup [m], for a position of its rim's middle in the robot's frame [m]."""
+        below: FloatArray = np.zeros_like(x)
+        for s in self.cup.surfaces:
+            over = (s.x[0] <= x) & (x <= s.x[1]) & (s.y[0] <= y) & (y <= s.y[1])
+            over &= z - self.cup.height > s.height - 0.5 * self.cup.height
+            below = np.where(over, np.maximum(below, s.height), below)
+        return below
+
+    def step(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float
+    ) -> FloatArray:
+        """Water runs out as far as the cup is tilted, and in from a dispenser."""
+        s = np.asarray(state, dtype=float).T
+        water = s[self._water]
+        angle = np.arccos(np.minimum(np.maximum(np.cos(s[3]) * np.cos(s[self._lean]), -1.0), 1.0))
+        stays = np.minimum(np.maximum(1.0 - (angle - _UPRIGHT) / _EMPTYING, 0.0), 1.0) * CAPACITY
+        out = np.maximum(water - stays, 0.0) * (1.0 - math.exp(-_POUR_RATE * dt))
+        new = self._exchange.step(s, parents, np.where(out > _DROPS * dt, out, 0.0))
+        new[self._grip] = parents[self._hand].T[self._read.grip_index] > _CUT
+        new[self._age] += dt
+        return new.T
+
+    def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
+        """A held cup is where the hand has it, a released one on what is below; mishaps happen."""
+        new = np.array(state, dtype=float)
+        self._exchange.show(new, active)
+        if self.settings.body_size:
+            return new  # the plant moves it
+        held, was = np.asarray(active[self._hand]) > _CUT, new[..., self._holding] > _CUT
+        if np.any(held | was):
+            new = self._carry(new, parents[self._hand], held, was)
+        if self._knocks:
+            new = self._knock(new, held)
+        return new
+
+    def _carry(self, state: FloatArray, hand: FloatArray, held: FloatArray, was: FloatArray) -> FloatArray:
+        s = state.T
+        held, was = held.T, was.T
+        rim = self.cup.camera.to_robot(state[..., :3]).T
+        place = self._read.position(hand)
+        # Where the grasp begins, the cup's place and axis in the hand's frame are kept.
+        begins = held & ~was
+        if np.any(begins):
+            axis = _axis(s[3], s[self._lean])
+            for k, vector in ((self._offset, rim - place), (self._axis, axis)):
+                s[k : k + 3] = np.where(begins, self._read.rotate_back(hand, vector), s[k : k + 3])
+        s[self._holding] = held
+        moved = place + self._read.rotate(hand, s[self._offset : self._offset + 3])
+        axis = self._read.rotate(hand, s[self._axis : self._axis + 3])
+        tilt = np.arctan2(-axis[1], axis[2])
+        lean = np.arcsin(np.minimum(np.maximum(axis[0], -1.0), 1.0))
+        falls = was & ~held
+        if np.any(falls):
+            # Let go while tilted, it spills what it holds; then it stands again (nobody could set it up).
+            spills = falls & (np.cos(s[3]) * np.cos(s[self._lean]) < math.cos(_UPRIGHT))
+            w, k = self._water, self._spilled
+            s[k] += np.where(spills, s[w], 0.0)
+            s[k + 1] += np.where(spills, s[w] * s[w + 1], 0.0)
+            s[w] = np.where(spills, 0.0, s[w])
+        floor = self.support(rim[0], rim[1], rim[2]) + self.cup.height
+        # What it stands on also stops a held cup; a tilted one reaches less far down than an upright one.
+        stop = self.support(moved[0], moved[1], moved[2]) + self.cup.height * np.maximum(axis[2], 0.0)
+        moved[2] = np.maximum(moved[2], stop)
+        rim = np.where(held, moved, np.array([rim[0], rim[1], np.where(falls, floor, rim[2])]))
+        s[:3] = self.cup.camera.from_robot(rim.T).T
+        s[3] = np.where(held, tilt, np.where(falls, 0.0, s[3]))
+        s[self._lean] = np.where(held, lean, np.where(falls, 0.0, s[self._lean]))
+        if len(self._slip_times):
+            due = (self._slip_times <= s[self._age][..., None] + _CUT / 30).sum(axis=-1)
+            lost = falls & (hand.T[self._read.grip_index] > _CUT)
+            s[self._slips] = np.where(lost, due, s[self._slips])
+        return s.T
+
+    def _knock(self, state: FloatArray, held: FloatArray) -> FloatArray:
+        s = state.T
+        done = s[self._slips + 1]
+        for k, (time, dx, dy) in enumerate(self._knocks):
+            now = ~held.T & (done == k) & (s[self._age] >= time - _CUT / 30)
+            shift = self.cup.camera.from_robot(np.array([dx, dy, 0.0])) - self.cup.camera.from_robot(np.zeros(3))
+            s[:3] = np.where(now, (s[:3].T + shift).T, s[:3])
+            s[self._slips + 1] = np.where(now, k + 1, s[self._slips + 1])
+        return s.T
+
+    def decide_active(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool], touch: float | None
+    ) -> Mapping[str, bool]:
+        """The hand: from closing around the cup until it opens. A tank: while the rim is below its outlet."""
+        rim = self.cup.camera.to_robot(state[:3]).tolist()
+        on = {t: self.cup.outlets[t].holds(rim, active[t]) for t in self.parents if t != self._hand}
+        hand = parents[self._hand]
+        on[self._hand] = bool(hand[self._read.grip_index] > _CUT) and self._grasped(state, hand, rim, active, touch)
+        return on
+
+    def _grasped(
+        self, state: FloatArray, hand: FloatArray, rim: list[float], active: Mapping[str, bool], touch: float | None
+    ) -> bool:
+        was = active[self._hand]
+        if touch is not None:
+            return touch > (_TOUCH_OFF if was else _TOUCH_ON)
+        if was:
+            return not self._slips_now(state, rim)
+        relative = (self._read.position(hand) - rim).tolist()
+        closes = state[self._grip] < _CUT
+        return bool(closes) and self.cup.grasp.holds(relative) and self._read.points_level(hand)
+
+    def _slips_now(self, state: FloatArray, rim: list[float]) -> bool:
+        if not len(self._slip_times):
+            return False
+        due = int((self._slip_times <= state[self._age] + _CUT / 30).sum())
+        lifted = rim[2] - self.cup.height - float(self.support(*map(np.float64, rim))) > _LIFTED
+        return due > state[self._slips] and lifted
+
+    def sample_body(self, body: FloatArray) -> FloatArray:
+        """Rim, tilt and lean of a free body [q (w, x, y, z, position); v] whose origin is the middle of its bottom."""
+        w, x, y, z = body[..., :4].T
+        axis = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+        rim = self.cup.camera.from_robot((body[..., 4:7].T + self.cup.height * axis).T).T
+        tilt, lean = np.arctan2(-axis[1], axis[2]), np.arcsin(np.minimum(np.maximum(axis[0], -1.0), 1.0))
+        return np.array([*rim, tilt, lean]).T
+
+    def measure(self, state: FloatArray, noise: FloatArray) -> FloatArray:
+        """Pose and content with noise."""
+        std = np.array([POSITION_NOISE] * 3 + [TILT_NOISE] + [AMOUNT_NOISE] * 3)
+        read = state[..., self._observable] + std * noise
+        read[..., 3] = wrap_angle(read[..., 3])
+        read[..., 4:] = np.clip(read[..., 4:], [0.0, 0.0, -CAPACITY], CAPACITY)
+        return read
+
+
+Cup.state_space = Cup.space()
+
+
+def _axis(tilt: FloatArray, lean: FloatArray) -> FloatArray:
+    """Direction of the cup's axis in the robot's frame, shape (3, ...)."""
+    c = np.cos(lean)
+    return np.array([np.sin(lean), -np.sin(tilt) * c, np.cos(tilt) * c])
+
+
+class CupDrawing:
+    """A glass with water in it: its level is the amount, its colour the temperature.
+
+    Args:
+        cup: geometry and camera.
+        glass: whether to draw the glass; a plant may do it.
+    """
+
+    def __init__(self, cup: CupSettings, *, glass: bool = True) -> None:
+        self._cup, self._glass = cup, glass
+
+    def setup(self, scene: Any) -> None:
+        """Create glass and water."""
+        height, radius = self._cup.height, self._cup.radius
+        if self._glass:
+            wall = RigidTransform([0, 0, -height / 2])
+            scene.shape("cup/glass", Cylinder(radius, height), (0.85, 0.92, 0.97, 0.3), wall)
+        inside = 0.92 * height
+        scene.place("cup/inside", RigidTransform([0, 0, -0.98 * height]))
+        column = RigidTransform([0, 0, inside / 2])
+        scene.shape("cup/inside/water/column", Cylinder(0.85 * radius, inside), (0.1, 0.3, 0.8), column)
+
+    def update(self, scene: Any, time: float, state: FloatArray) -> None:
+        """Pose and content."""
+        rim = self._cup.camera.to_robot(state[:3])
+        turn = RotationMatrix.MakeXRotation(state[3]) @ RotationMatrix.MakeYRotation(state[7])
+        scene.pose("cup", RigidTransform(turn, rim), time)
+        scene.scale("cup/inside/water", (1.0, 1.0, float(state[4])), time)
+        scene.color("cup/inside/water/column", water_color(float(state[5])), time)

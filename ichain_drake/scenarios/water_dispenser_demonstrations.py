@@ -1,0 +1,433 @@
+"""Who demonstrates the water dispenser: a script that moves the hand as a person would tele-operate it (paper sec. VI).
+
+Each piece is a list of hand commands, laid out from its own random start. No piece holds two consecutive steps of the
+task: pieces show skills, not their order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from ichain_drake.scenarios.water_dispenser_layout import LAYOUT, DispenserStart
+from ichain_drake.state import FloatArray
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK
+
+FORWARD = math.pi / 2
+"""Pitch of a hand that approaches along +x [rad]."""
+
+_STEP, _TURN = 0.04, 0.25  # m and rad in a tick
+_GRASP = 0.06  # height of the hand on a standing cup [m]
+_RIM = 0.04  # from the hand to the cup's rim [m]
+_BACK = 0.085  # how far before a cup the open hand waits [m]
+_X, _Y, _Z, _ROLL, _PITCH, _GRIP = range(6)
+_POUR = (LAYOUT.inlet[0], LAYOUT.inlet[1], LAYOUT.inlet[2] + 0.11)  # where the rim is kept while pouring
+_TURNING = (0.59, 0.0, 0.25)  # where the empty hand changes between down and forward
+
+
+@dataclass(frozen=True)
+class ScriptedPiece:
+    """One piece before it is recorded.
+
+    Attributes:
+        name: of the piece.
+        start: state that it starts from.
+        commands: hand command of each tick, shape (n_ticks, 6).
+    """
+
+    name: str
+    start: DispenserStart
+    commands: FloatArray
+
+
+class Commands(LeafSystem):
+    """Sends a list of hand commands, one a tick, and stays at the last.
+
+    Ports: output `hand_command`.
+
+    Args:
+        commands: shape (n_ticks, n_hand).
+    """
+
+    def __init__(self, commands: FloatArray) -> None:
+        super().__init__()
+        self.set_name("commands")
+        self._commands = commands
+        self._command = self.DeclareDiscreteState(commands[0])
+        self._frame = self.DeclareDiscreteState(1)
+        self.DeclareStateOutputPort("hand_command", self._command)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
+
+    def _decide(self, context: Context, state: State) -> None:
+        frame = int(context.get_discrete_state(self._frame).value()[0])
+        discrete = state.get_mutable_discrete_state()
+        discrete.set_value(self._frame, [frame + 1])
+        if frame % FRAMES_PER_TICK == 0:
+            tick = min(frame // FRAMES_PER_TICK, len(self._commands) - 1)
+            discrete.set_value(self._command, self._commands[tick])
+
+
+class Teleoperation:
+    """Lays out hand commands in straight lines that the hand can follow tick by tick.
+
+    Args:
+        hand: hand state at start: x, y, z [m], roll, pitch [rad], grip; shape (6,).
+    """
+
+    def __init__(self, hand: Sequence[float]) -> None:
+        self.now = np.array(hand, dtype=float)
+        self._rows: list[FloatArray] = []
+
+    @property
+    def commands(self) -> FloatArray:
+        """What was laid out, shape (n_ticks, 6)."""
+        return np.array(self._rows)
+
+    def to(
+        self,
+        x: float | None = None,
+        y: float | None = None,
+        z: float | None = None,
+        roll: float | None = None,
+        pitch: float | None = None,
+        step: float = _STEP,
+    ) -> Teleoperation:
+        """Move to new values of some variables, in steps of at most `step` metres and a quarter of a radian."""
+        goal = self.now.copy()
+        for index, value in enumerate((x, y, z, roll, pitch)):
+            if value is not None:
+                goal[index] = value
+        way = goal - self.now
+        count = max(1, math.ceil(max(np.linalg.norm(way[:3]) / step, np.abs(way[3:5]).max() / _TURN) - 1e-6))
+        start = self.now
+        self._rows += [start + k / count * way for k in range(1, count)] + [goal]
+        self.now = goal
+        return self
+
+    def by(self, x: float = 0.0, y: float = 0.0, z: float = 0.0, step: float = _STEP) -> Teleoperation:
+        """Move by a displacement [m]."""
+        return self.to(self.now[_X] + x, self.now[_Y] + y, self.now[_Z] + z, step=step)
+
+    def wait(self, ticks: int) -> Teleoperation:
+        """Stay."""
+        self._rows += [self.now] * ticks
+        return self
+
+    def grip(self, closed: bool) -> Teleoperation:
+        """Close or open the hand."""
+        self.now = self.now.copy()
+        self.now[_GRIP] = float(closed)
+        return self.wait(2)
+
+    def fetch(self, cup: Sequence[float], height: float = 0.0, off: Sequence[float] = (0.0, 0.0)) -> Teleoperation:
+        """From before a standing cup, close around it.
+
+        Args:
+            cup: its place, x, y [m].
+            height: of what it stands on [m].
+            off: how far the grasp is off along x and z [m].
+        """
+        z = height + _GRASP + off[1]
+        return self.to(cup[0] - _BACK, cup[1], z).to(cup[0] + off[0]).grip(True)
+
+    def put(self, x: float, y: float, height: float = 0.0, off: Sequence[float] = (0.0, 0.0)) -> Teleoperation:
+        """From above, put a held cup down, let go and back off; `off` as at the grasp."""
+        z = height + _GRASP + off[1]
+        self.to(x + off[0], y).to(z=z + 0.0015, step=0.03)
+        return self.wait(1).grip(False).to(x - _BACK)
+
+    def tilt(self, roll: float, off: Sequence[float] = (0.0, 0.0)) -> Teleoperation:
+        """Turn a held cup about its rim, which stays where it is.
+
+        Args:
+            roll: of the hand at the end [rad].
+            off: as at the grasp.
+        """
+        arm = _RIM - off[1]
+        rim = self.now[_Y] - arm * math.sin(self.now[_ROLL]), self.now[_Z] + arm * math.cos(self.now[_ROLL])
+        count = max(1, math.ceil(abs(roll - self.now[_ROLL]) / _TURN - 1e-6))
+        for angle in np.linspace(self.now[_ROLL], roll, count + 1)[1:]:
+            self.to(y=rim[0] + arm * math.sin(angle), z=rim[1] - arm * math.cos(angle), roll=float(angle))
+        return self
+
+    def carry_over_inlet(self, off: Sequence[float] = (0.0, 0.0)) -> Teleoperation:
+        """Lift a cup that was just grasped on the table, and bring its rim above the inlet."""
+        z = _POUR[2] - _RIM + off[1]
+        self.by(z=0.06).to(_POUR[0] - 0.07, self.now[_Y], z)
+        return self.to(_POUR[0] + off[0], _POUR[1], z)
+
+    def carry_back(self, x: float, y: float) -> Teleoperation:
+        """From above the inlet to above a place on the table."""
+        return self.to(_POUR[0] - 0.09, _POUR[1] - 0.10).to(x - 0.06, y, 0.16)
+
+    def carry_below_outlet(self, off: Sequence[float] = (0.0, 0.0)) -> Teleoperation:
+        """Lift a cup that was just grasped on the table, and bring it under the outlet, a little above the tray."""
+        x, y, _ = LAYOUT.outlet
+        z = LAYOUT.tray.height + _GRASP + off[1] + 0.012
+        self.by(z=0.06).to(x - 0.095, self.now[_Y], 0.20).to(y=y)
+        return self.to(z=z).to(x + off[0], step=0.03)
+
+    def carry_out(self) -> Teleoperation:
+        """Bring a cup that was just grasped under the outlet out of the machine."""
+        return self.by(z=0.012).to(LAYOUT.outlet[0] - 0.095).by(z=0.06)
+
+    def turn(self, pitch: float) -> Teleoperation:
+        """Change between pointing down and forward, where there is room."""
+        return self.to(*_TURNING).to(pitch=pitch)
+
+    def press(self, button: Sequence[float], level: float, off: Sequence[float] = (0.0, 0.0)) -> Teleoperation:
+        """Move straight down on a button, or up, to the height of a level; `off` along x and y [m]."""
+        return self.to(button[0] + off[0], button[1] + off[1], _height(level), step=0.02)
+
+
+def _height(level: float) -> float:
+    """Height of a hand that presses a button to a level [m]."""
+    return LAYOUT.power[2] + 0.0125 - level / 6.0 * 0.008
+
+
+class _Script:
+    """Random starts and the pieces laid out from them."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+
+    def uniform(self, low: float, high: float) -> float:
+        return float(self._rng.uniform(low, high))
+
+    def table(self) -> tuple[float, float]:
+        """A place on the table, away from the machine."""
+        return self.uniform(0.65, 0.71), self.uniform(-0.25, -0.11)
+
+    def tray(self) -> tuple[float, float]:
+        """A place under the outlet."""
+        return LAYOUT.outlet[0] + self.uniform(-0.006, 0.006), LAYOUT.outlet[1] + self.uniform(-0.006, 0.006)
+
+    def slack(self) -> tuple[float, float]:
+        """How far off a person grasps, along x and z [m]."""
+        return self.uniform(-0.004, 0.004), self.uniform(-0.008, 0.008)
+
+    def forward(self) -> tuple[float, ...]:
+        """An open hand that points forward, before the table's cups."""
+        return self.uniform(0.55, 0.58), self.uniform(-0.20, -0.08), self.uniform(0.10, 0.25), 0.0, FORWARD, 0.0
+
+    def before_tray(self) -> tuple[float, ...]:
+        """An open hand that points forward, before the machine."""
+        return self.uniform(0.55, 0.58), self.uniform(0.04, 0.08), self.uniform(0.07, 0.12), 0.0, FORWARD, 0.0
+
+    def down(self) -> tuple[float, ...]:
+        """A closed hand that points down, near the buttons."""
+        return self.uniform(0.47, 0.53), self.uniform(0.12, 0.28), self.uniform(0.13, 0.20), 0.0, 0.0, 1.0
+
+    def start(self, hand: tuple[float, ...], on_tray: bool = False, **content: float) -> DispenserStart:
+        """A start with random contents where none are given."""
+        values = {k: self.uniform(*r) for k, r in _CONTENT.items()} | content
+        return DispenserStart(self.tray() if on_tray else self.table(), hand=hand, on_tray=on_tray, **values)
+
+    # Moving the cup about.
+
+    def relocate(self) -> tuple[DispenserStart, Teleoperation]:
+        start = self.start(self.forward())
+        hand, place = Teleoperation(start.hand), start.cup
+        for _ in range(2):
+            off, goal = self.slack(), self.table()
+            hand.fetch(place, 0.0, off).by(z=self.uniform(0.05, 0.12))
+            hand.to(self.uniform(0.62, 0.68), goal[1], self.uniform(0.15, 0.30)).tilt(self.uniform(-0.25, 0.25), off)
+            hand.tilt(0.0, off).put(*goal, off=off)
+            place = goal
+        return start, hand
+
+    def miss_grasps(self) -> tuple[DispenserStart, Teleoperation]:
+        """The hand closes around the cup from too far, too high and too low, and just so: the gate of the grasp."""
+        start = self.start(self.forward())
+        hand, (x, y) = Teleoperation(start.hand), start.cup
+        hand.to(x - _BACK, y, _GRASP)
+        for dx in (-0.022, -0.010, -0.018, -0.026):
+            hand.to(x + dx, y, _GRASP + self.uniform(-0.005, 0.005)).grip(True).grip(False)
+        for dz in (0.035, 0.018, 0.029):
+            hand.to(x - _BACK).to(z=_GRASP + dz).to(x + self.uniform(-0.004, 0.004), step=0.05).grip(True).grip(False)
+        for dz in (-0.034, -0.019, -0.029):
+            hand.to(x - _BACK).to(z=_GRASP + dz, step=0.06).to(x, step=0.05).grip(True).grip(False)
+        for dy in (0.020, 0.011, 0.026, -0.020, -0.011):
+            hand.to(x - 0.06, y + dy, _GRASP).to(x).grip(True).grip(False)
+        return start, hand
+
+    # At the inlet.
+
+    def pour_all(self) -> tuple[DispenserStart, Teleoperation]:
+        content = {"water": self.uniform(0.75, 0.95), "tank_amount": 0.0}
+        return self._pour(content, [(-1.95, 9)])
+
+    def pour_steps(self) -> tuple[DispenserStart, Teleoperation]:
+        content = {"water": self.uniform(0.8, 0.95), "tank_amount": self.uniform(0.0, 0.05)}
+        return self._pour(content, [(-0.5, 2), (-0.8, 3), (-1.1, 3), (-0.7, 2), (-1.4, 3)])
+
+    def pour_onto(self) -> tuple[DispenserStart, Teleoperation]:
+        content = {"water": self.uniform(0.6, 0.7), "tank_amount": self.uniform(0.15, 0.3)}
+        return self._pour(content, [(-1.2, 4), (-0.6, 2), (-1.95, 8)])
+
+    def _pour(
+        self, content: dict[str, float], tilts: Sequence[tuple[float, int]]
+    ) -> tuple[DispenserStart, Teleoperation]:
+        # The two waters differ in temperature, so that one sees them mix.
+        warm = self.uniform(0.6, 0.9)
+        start = self.start(self.forward(), temperature=1.0 - warm, tank_temperature=warm, **content)
+        hand, off = Teleoperation(start.hand), self.slack()
+        hand.fetch(start.cup, 0.0, off).carry_over_inlet(off)
+        hand.by(self.uniform(-0.015, 0.015), self.uniform(-0.015, 0.015), self.uniform(0.0, 0.015))
+        for roll, ticks in tilts:
+            hand.tilt(roll, off).wait(ticks)
+        goal = self.table()
+        return start, hand.tilt(0.0, off).carry_back(*goal).put(*goal, off=off)
+
+    def sweep_inlet(self) -> tuple[DispenserStart, Teleoperation]:
+        """The cup's rim crosses the faces of the box over the inlet, upright and tilted: the gate of pouring."""
+        start = self.start(self.forward(), water=self.uniform(0.05, 0.15))
+        hand, off = Teleoperation(start.hand), self.slack()
+        hand.fetch(start.cup, 0.0, off).carry_over_inlet(off)
+        middle = hand.now.copy()
+        for roll in (0.0, -0.8):
+            hand.tilt(roll, off)
+            x, y, z = hand.now[:3]
+            hand.to(x - 0.056).to(x + 0.056, step=0.012).to(x, y)
+            hand.to(y=y - 0.056).to(y=y + 0.056, step=0.012).to(y=y)
+            hand.to(z=z + 0.065, step=0.012).to(z=z, step=0.015)
+        goal = self.table()
+        hand.tilt(0.0, off).to(*middle[:3]).carry_back(*goal)
+        return start, hand.put(*goal, off=off)
+
+    # At the outlet.
+
+    def sweep_outlet(self) -> tuple[DispenserStart, Teleoperation]:
+        """The cup crosses the faces of the box below the outlet and is left there: the gate of dispensing."""
+        start = self.start(self.forward(), water=self.uniform(0.0, 0.3))
+        hand, off = Teleoperation(start.hand), self.slack()
+        hand.fetch(start.cup, 0.0, off).carry_below_outlet(off)
+        x, y, z = hand.now[:3]
+        z -= 0.006
+        for _ in range(2):
+            hand.to(x - 0.034, y, z, step=0.008).to(x + 0.026, step=0.008).to(x, step=0.009)
+            hand.to(y=y - 0.032, step=0.008).to(y=y + 0.032, step=0.008).to(y=y, step=0.009)
+            x, y = x + self.uniform(-0.006, 0.006), y + self.uniform(-0.006, 0.006)
+        hand.to(x, y, z + 0.022, step=0.004).to(z=z, step=0.006)
+        goal = self.tray()
+        return start, hand.put(*goal, height=LAYOUT.tray.height, off=off)
+
+    def place(self) -> tuple[DispenserStart, Teleoperation]:
+        start = self.start(self.forward(), water=self.uniform(0.0, 0.3))
+        hand, off = Teleoperation(start.hand), self.slack()
+        hand.fetch(start.cup, 0.0, off).carry_below_outlet(off)
+        return start, hand.put(*self.tray(), height=LAYOUT.tray.height, off=off).turn(0.0)
+
+    def retrieve(self) -> tuple[DispenserStart, Teleoperation]:
+        start = self.start(self.before_tray(), on_tray=True)
+        hand, off, goal = Teleoperation(start.hand), self.slack(), self.table()
+        hand.fetch(start.cup, LAYOUT.tray.height, off).carry_out().to(y=goal[1])
+        return start, hand.put(*goal, off=off)
+
+    # At the buttons.
+
+    def heat_long(self) -> tuple[DispenserStart, Teleoperation]:
+        hand_start = (*_TURNING, 0.0, FORWARD, 0.0)
+        start = self.start(hand_start, tank_amount=self.uniform(0.4, 0.9), tank_temperature=self.uniform(0.55, 0.65))
+        hand = Teleoperation(start.hand).grip(True).to(pitch=0.0)
+        return start, self._hold(hand, LAYOUT.power, 50)
+
+    def heat_levels(self) -> tuple[DispenserStart, Teleoperation]:
+        start = self.start(self.down(), tank_amount=self.uniform(0.3, 0.9), tank_temperature=self.uniform(0.1, 0.4))
+        return start, self._levels(Teleoperation(start.hand), LAYOUT.power)
+
+    def heat_edges(self) -> tuple[DispenserStart, Teleoperation]:
+        start = self.start(self.down(), tank_amount=self.uniform(0.3, 0.9), tank_temperature=self.uniform(0.3, 0.7))
+        return start, self._edges(Teleoperation(start.hand), LAYOUT.power)
+
+    def dispense_long(self) -> tuple[DispenserStart, Teleoperation]:
+        warm = {"temperature": self.uniform(0.0, 0.2), "tank_temperature": self.uniform(0.7, 0.95)}
+        start = self.start(
+            self.down(), True, water=self.uniform(0.0, 0.1), tank_amount=self.uniform(0.6, 0.75), **warm
+        )
+        return start, self._hold(Teleoperation(start.hand), LAYOUT.dispense, 38).turn(FORWARD)
+
+    def dispense_levels(self) -> tuple[DispenserStart, Teleoperation]:
+        start = self.start(
+            self.down(), True, water=self.uniform(0.2, 0.3), temperature=self.uniform(0.7, 0.9),
+            tank_amount=self.uniform(0.8, 0.95), tank_temperature=self.uniform(0.1, 0.3),
+        )
+        return start, self._levels(Teleoperation(start.hand), LAYOUT.dispense)
+
+    def dispense_edges(self) -> tuple[DispenserStart, Teleoperation]:
+        start = self.start(
+            self.down(), True, water=self.uniform(0.1, 0.2), temperature=self.uniform(0.0, 0.3),
+            tank_amount=self.uniform(0.8, 0.95), tank_temperature=self.uniform(0.6, 0.9),
+        )
+        return start, self._edges(Teleoperation(start.hand), LAYOUT.dispense)
+
+    def _off(self, reach: float = 0.010) -> tuple[float, float]:
+        return self.uniform(-reach, reach), self.uniform(-reach, reach)
+
+    def _hold(self, hand: Teleoperation, button: Sequence[float], ticks: int) -> Teleoperation:
+        hand.to(button[0], button[1], 0.12).press(button, -5.0, off := self._off())
+        return hand.press(button, 6.0, off).wait(ticks).press(button, -20.0, off)
+
+    def _levels(self, hand: Teleoperation, button: Sequence[float]) -> Teleoperation:
+        """All levels, in an order that a person would not think of."""
+        hand.to(button[0], button[1], 0.12)
+        for level in (1.0, 3.0, 5.0, 2.0, 4.0, 6.0, 3.0, 4.0, 2.0, 5.0, 0.4, 6.0):
+            hand.press(button, level, off := self._off(0.006)).wait(2)
+            if self.uniform(0.0, 1.0) < 0.3:  # noqa: PLR2004 -- now and then lift off in between
+                hand.press(button, -4.0, off)
+        return hand.press(button, -20.0)
+
+    def _edges(self, hand: Teleoperation, button: Sequence[float]) -> Teleoperation:
+        """Taps beside the button and on its edge, and slow approaches from above: the gate of pressing."""
+        hand.to(button[0], button[1], 0.12)
+        for axis in (0, 1):
+            for distance in (-0.032, -0.024, -0.020, -0.015, 0.0, 0.015, 0.020, 0.024, 0.032):
+                off = [0.0, 0.0]
+                off[axis], off[1 - axis] = distance + self.uniform(-0.0015, 0.0015), self.uniform(-0.008, 0.008)
+                hand.press(button, -5.0, off).press(button, self.uniform(0.5, 6.0), off).press(button, -5.0, off)
+        off = self._off()
+        for level in (-6.0, -4.5, -3.0, -2.0, -1.0, -0.5, 1.0, -1.0, -2.5, -4.0, -1.8, -3.0, 2.0, 4.2, 6.0):
+            hand.press(button, level, off)
+        return hand.wait(6).press(button, -20.0, off)
+
+
+_CONTENT = {
+    "water": (0.3, 0.85),
+    "temperature": (0.0, 1.0),
+    "tank_amount": (0.0, 1.0),
+    "tank_temperature": (0.0, 1.0),
+}
+
+
+def script_pieces(rng: np.random.Generator) -> Iterator[ScriptedPiece]:
+    """The pieces, unordered: at most 16, none the whole task.
+
+    Args:
+        rng: draws starts and the unsteadiness of the person's hand.
+    """
+    script = _Script(rng)
+    pieces: dict[str, Callable[[], tuple[DispenserStart, Teleoperation]]] = {
+        "dispense_levels": script.dispense_levels,
+        "pour_steps": script.pour_steps,
+        "retrieve_1": script.retrieve,
+        "heat_edges": script.heat_edges,
+        "relocate": script.relocate,
+        "sweep_outlet": script.sweep_outlet,
+        "pour_all": script.pour_all,
+        "heat_long": script.heat_long,
+        "dispense_edges": script.dispense_edges,
+        "miss_grasps": script.miss_grasps,
+        "place": script.place,
+        "heat_levels": script.heat_levels,
+        "sweep_inlet": script.sweep_inlet,
+        "dispense_long": script.dispense_long,
+        "retrieve_2": script.retrieve,
+        "pour_onto": script.pour_onto,
+    }
+    for name, lay_out in pieces.items():
+        start, hand = lay_out()
+        yield ScriptedPiece(name, start, hand.commands)

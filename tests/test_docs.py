@@ -1,0 +1,98 @@
+"""What the pages say holds: their code runs, their links lead somewhere, their commands exist."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ichain_drake.cli.main import app
+
+ROOT = Path(__file__).parent.parent
+PAGES = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
+MAX_PICTURE = 300_000
+
+
+def blocks(page: Path) -> list[str]:
+    """Its Python code blocks, in order."""
+    return re.findall(r"^```python\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL)
+
+
+def without_code(page: Path) -> str:
+    text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`]*`", "", text)
+
+
+def anchors(page: Path) -> set[str]:
+    """Names under which a page's headings can be linked."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", h).strip().lower().replace(" ", "-") for h in headings}
+
+
+def run_blocks(page: Path, folder: Path) -> str:
+    """What the page's code prints when pasted block after block."""
+    script = folder / "pasted.py"
+    script.write_text("\n".join(blocks(page)))
+    done = subprocess.run([sys.executable, str(script)], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_readme_example_is_ten_lines_and_drives(tmp_path: Path) -> None:
+    page = ROOT / "README.md"
+    (code,) = blocks(page)
+    assert len([line for line in code.splitlines() if line.strip()]) <= 10
+    found = re.search(r"mean error (\d+\.\d+) px", run_blocks(page, tmp_path))
+    assert found is not None
+    assert float(found[1]) < 2.0
+
+
+def test_add_your_own_object_runs_and_prints_what_it_says(tmp_path: Path) -> None:
+    page = ROOT / "docs" / "add_your_own_object.md"
+    printed = run_blocks(page, tmp_path).strip()
+    assert f"`{printed}`" in page.read_text()
+
+
+def test_the_page_and_the_example_are_the_same_code() -> None:
+    code = blocks(ROOT / "docs" / "add_your_own_object.md")[0].strip()
+    example = (ROOT / "examples" / "own_object.py").read_text()
+    assert example.split("\n", 2)[2].strip() == code
+
+
+def test_no_page_has_code_that_no_test_runs() -> None:
+    assert {p.name for p in PAGES if blocks(p)} == {"README.md", "add_your_own_object.md"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_relative_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)]+)\)", without_code(page)):
+        if re.match(r"\w+:", target):
+            continue
+        file, _, anchor = target.partition("#")
+        found = (page.parent / file).resolve() if file else page
+        assert found.exists(), f"{page.name}: {target}"
+        if anchor:
+            assert anchor in anchors(found), f"{page.name}: {target}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_commands_and_their_options_exist(page: Path) -> None:
+    for name, rest in re.findall(r"(?:`|^    |bin/)ichain (\w+)([^`\n]*)", page.read_text(), re.MULTILINE):
+        assert name in app.commands, f"{page.name}: ichain {name}"
+        known = {option for p in app.commands[name].params for option in (*p.opts, *p.secondary_opts)}
+        options = re.findall(r"(?<!\S)(--?[a-z][a-z-]*)", rest)
+        assert set(options) <= known, f"{page.name}: ichain {name}{rest}"
+
+
+def test_pictures_are_small() -> None:
+    pictures = sorted((ROOT / "docs" / "images").glob("*"))
+    assert pictures
+    for picture in pictures:
+        assert picture.stat().st_size < MAX_PICTURE, picture.name
+
+
+def test_every_page_is_linked_from_the_readme() -> None:
+    text = (ROOT / "README.md").read_text()
+    for page in (ROOT / "docs").glob("*.md"):
+        assert f"(docs/{page.name}" in text, page.name
