@@ -98,10 +98,12 @@ class Car(WorldObject):
     ) -> FloatArray:
         """One frame of the game."""
         p = self.parameters
-        axes = np.asarray(active[self._stick])[..., None] * parents[self._stick][..., self._axes]
-        jx, jy = np.moveaxis(np.clip(axes, -1.0, 1.0), -1, 0)
-        x, y, heading, v, w, u = np.moveaxis(np.asarray(state, dtype=float), -1, 0)
-        n = np.moveaxis(np.asarray(noise, dtype=float) * np.array(p.noise) * math.sqrt(dt), -1, 0)
+        # Plain indexing: this runs thirty times a simulated second, and numpy's axis helpers cost more than the sums.
+        on, stick = active[self._stick], parents[self._stick]
+        jx, jy = (np.maximum(np.minimum(on * stick[..., i], 1.0), -1.0) for i in self._axes)
+        x, y, heading, v, w, u = (state[..., i] for i in range(6))
+        root = math.sqrt(dt)
+        n = [noise[..., i] * (scale * root) for i, scale in enumerate(p.noise)]
 
         steer = jx * (0.65 + 0.35 * jx**2)
         throttle = jy * (0.75 + 0.25 * np.abs(jy))
@@ -116,4 +118,7 @@ class Car(WorldObject):
         c, s = np.cos(heading), np.sin(heading)
         x1 = x + dt * (v1 * c - lateral * moving * s + p.wind[0] * moving) + n[3]
         y1 = y + dt * (v1 * s + lateral * moving * c + p.wind[1] * moving) + n[4]
-        return np.stack([x1, y1, wrap_angle(heading + dt * w1), v1, w1, u1], axis=-1)
+        after = np.empty_like(state, dtype=float)
+        for i, value in enumerate((x1, y1, wrap_angle(heading + dt * w1), v1, w1, u1)):
+            after[..., i] = value
+        return after

@@ -38,11 +38,15 @@ def axes_from_tilt(tilt: FloatArray) -> FloatArray:
     Returns:
         The two axes in [-1, 1], shape (..., 2).
     """
-    a, b = np.moveaxis(np.asarray(tilt, dtype=float) / FULL_TILT, -1, 0)
+    tilt = np.asarray(tilt, dtype=float)
+    a, b = tilt[..., 0] / FULL_TILT, tilt[..., 1] / FULL_TILT
     x = 0.98 * a + 0.08 * b + 0.03
     y = b - 0.06 * a - 0.02
-    raw = np.stack([x * (1 - 0.06 * y**2), y * (1 - 0.06 * x**2)], axis=-1)
-    return np.clip(np.tanh(_CURVE * raw) / math.tanh(_CURVE), -1.0, 1.0)
+    axes = np.empty_like(tilt)
+    axes[..., 0] = x * (1 - 0.06 * y * y)
+    axes[..., 1] = y * (1 - 0.06 * x * x)
+    axes = np.tanh(_CURVE * axes) / math.tanh(_CURVE)
+    return np.minimum(np.maximum(axes, -1.0), 1.0)
 
 
 def tilt_from_axes(axes: FloatArray) -> FloatArray:
@@ -95,8 +99,10 @@ class JoystickMount:
         d = (np.asarray(xy, dtype=float) - np.array(self.pivot[:2])) / self.handle
         dx, dy = c * d[..., 0] + s * d[..., 1], -s * d[..., 0] + c * d[..., 1]
         b = np.arcsin(np.clip(dy, -0.99, 0.99))
-        a = np.arcsin(np.clip(dx / np.cos(b), -0.99, 0.99))
-        return np.clip(np.stack([a, b], axis=-1), -self.limit, self.limit)
+        tilt = np.empty_like(d)
+        tilt[..., 0] = np.arcsin(np.clip(dx / np.cos(b), -0.99, 0.99))
+        tilt[..., 1] = b
+        return np.clip(tilt, -self.limit, self.limit)
 
     def knob_from_tilt(self, tilt: FloatArray) -> FloatArray:
         """Position of the knob's centre in the robot's frame [m], shape (..., 3), for tilt angles (..., 2) [rad]."""

@@ -236,7 +236,7 @@ class WaterDispenser(Scenario):
     def record_demonstrations(self, progress: Progress | None = None) -> Iterator[Demonstration]:
         """Short, unordered pieces that a script, standing in for a person, tele-operates (paper sec. VI)."""
         rng = np.random.default_rng([self.seed, _SCRIPTS])
-        for number, piece in enumerate(script_pieces(rng)):
+        for number, piece in enumerate(script_pieces(rng, bodies=self.physics == "contact")):
             ticks = len(piece.commands)
             if progress:
                 progress(f"{piece.name}: {ticks} ticks ({self.physics})")

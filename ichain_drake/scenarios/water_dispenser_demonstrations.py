@@ -189,11 +189,34 @@ def _height(level: float) -> float:
     return LAYOUT.power[2] + 0.0125 - level / 6.0 * 0.008
 
 
+@dataclass(frozen=True)
+class _Misses:
+    """How far off the hand closes around the cup [m]: along x, too high, too low, and to the side."""
+
+    x: tuple[float, ...]
+    high: tuple[float, ...]
+    low: tuple[float, ...]
+    y: tuple[float, ...]
+
+
+_AROUND_A_POINT = _Misses(
+    (-0.022, -0.010, -0.018, -0.026),
+    (0.035, 0.018, 0.029),
+    (-0.034, -0.019, -0.029),
+    (0.020, 0.011, 0.026, -0.020, -0.011),
+)
+# Between bodies there is no near miss: fingers that are off by a little push the cup over, and those that close on its
+# upper or lower end hold it just as well.
+_AROUND_A_BODY = _Misses(
+    (-0.052, -0.004, -0.058, -0.048), (0.056, 0.012, 0.062), (-0.012, -0.022), (0.004, -0.004, 0.006, -0.006)
+)
+
+
 class _Script:
     """Random starts and the pieces laid out from them."""
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._rng = rng
+    def __init__(self, rng: np.random.Generator, misses: _Misses) -> None:
+        self._rng, self._misses = rng, misses
 
     def uniform(self, low: float, high: float) -> float:
         return float(self._rng.uniform(low, high))
@@ -241,19 +264,19 @@ class _Script:
         return start, hand
 
     def miss_grasps(self) -> tuple[DispenserStart, Teleoperation]:
-        """The hand closes around the cup from too far, too high and too low, and just so: the gate of the grasp."""
+        """The hand closes from too far, too high, too low and beside, and just so: the gate of the grasp."""
         start = self.start(self.forward())
         hand, (x, y) = Teleoperation(start.hand), start.cup
         hand.to(x - _BACK, y, _GRASP)
-        for dx in (-0.022, -0.010, -0.018, -0.026):
+        for dx in self._misses.x:
             hand.to(x + dx, y, _GRASP + self.uniform(-0.005, 0.005)).grip(True).grip(False)
-        for dz in (0.035, 0.018, 0.029):
+        for dz in self._misses.high:
             hand.to(x - _BACK).to(z=_GRASP + dz).to(x + self.uniform(-0.004, 0.004), step=0.05).grip(True).grip(False)
-        for dz in (-0.034, -0.019, -0.029):
+        for dz in self._misses.low:
             hand.to(x - _BACK).to(z=_GRASP + dz, step=0.06).to(x, step=0.05).grip(True).grip(False)
-        for dy in (0.020, 0.011, 0.026, -0.020, -0.011):
+        for dy in self._misses.y:
             hand.to(x - 0.06, y + dy, _GRASP).to(x).grip(True).grip(False)
-        return start, hand
+        return start, hand.to(x - _BACK)
 
     # At the inlet.
 
@@ -403,13 +426,14 @@ _CONTENT = {
 }
 
 
-def script_pieces(rng: np.random.Generator) -> Iterator[ScriptedPiece]:
+def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator[ScriptedPiece]:
     """The pieces, unordered: at most 16, none the whole task.
 
     Args:
         rng: draws starts and the unsteadiness of the person's hand.
+        bodies: whether the hand can push the cup over.
     """
-    script = _Script(rng)
+    script = _Script(rng, _AROUND_A_BODY if bodies else _AROUND_A_POINT)
     pieces: dict[str, Callable[[], tuple[DispenserStart, Teleoperation]]] = {
         "dispense_levels": script.dispense_levels,
         "pour_steps": script.pour_steps,

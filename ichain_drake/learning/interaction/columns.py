@@ -73,11 +73,8 @@ class Column:
         if self.source == "child":
             return self._seen(child[..., self.index])
         if self.source == "parent_change":
-            after, before = parent_next[..., self.index], parent[..., self.index]
-            if self.view == "plain":
-                delta = after - before
-                return (delta + np.pi) % (2 * np.pi) - np.pi if self.wrap else delta
-            return self._seen(after) - self._seen(before)
+            delta = parent_next[..., self.index] - parent[..., self.index]
+            return (delta + np.pi) % (2 * np.pi) - np.pi if self.wrap else delta
         if self.source == "aligned_change":
             assert self.alignment is not None
             return (self.alignment.place(parent_next) - self.alignment.place(parent))[..., self.index]
@@ -112,12 +109,15 @@ def candidate_columns(
             Column("aligned_change", f"motion with parent along child's {child.names[c]}", k, alignment=alignment)
             for k, c in enumerate(alignment.child.indices)
         ]
+    # What the columns above already say about a change of the parent is not offered twice.
+    told = {c.index for c in out if c.source == "received"}
+    told |= set(alignment.parent.indices) if alignment is not None else set()
     for i in (i for i in order_p if not _is_change(parent, i)):
         name, wrap = parent.names[i], bool(parent.angle_mask[i])
         for view in _views(wrap):
             out.append(Column("parent", _label(f"parent {name}", view), i, view, wrap))
-        for view in _views(wrap):
-            out.append(Column("parent_change", _label(f"change of parent {name}", view), i, view, wrap))
+        if i not in told:
+            out.append(Column("parent_change", f"change of parent {name}", i, wrap=wrap))
     for i in order_c:
         if not _is_change(child, i):
             for view in _views(bool(child.angle_mask[i])):

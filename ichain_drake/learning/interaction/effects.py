@@ -15,9 +15,10 @@ from ichain_drake.learning.interaction.data import GraphData, Piece
 from ichain_drake.learning.interaction.passive import PassiveDynamics
 from ichain_drake.learning.interaction.regression import Regression, choose_regression
 from ichain_drake.learning.interaction.spec import InteractionSpec
-from ichain_drake.state import FloatArray
+from ichain_drake.state import FloatArray, StateSpace
 
 _AT_BOUND = 3.0  # noises
+_EMPTY = 6.0  # noises
 _LEAST_ALONE = 24  # rows in which no other interaction acts
 
 
@@ -149,6 +150,7 @@ def _fit(
     value = rows.child[:, i]
     stuck = (value <= space.lower[i] + near) | (value >= space.upper[i] - near)
     keep = ~(stuck & (np.abs(residual) < 2 * near) & (passive.variables[i].kind == "hold"))
+    keep &= ~_meaningless(space, i, rows.child_next, noise)
     keep = keep if use is None else keep & use
     if not keep.any():
         return None
@@ -165,3 +167,12 @@ def _fit(
     if fitted is None:
         return None
     return Effect(i, tuple(columns[c] for c in fitted.columns), fitted)
+
+
+def _meaningless(space: StateSpace, i: int, states: FloatArray, noise: FloatArray) -> NDArray[np.bool_]:
+    """Rows in which a variable says nothing, shape (n,): an intensive property of what is all but empty."""
+    role = space.variables[i].role
+    if role is None or role.kind != "intensive":
+        return np.zeros(len(states), dtype=bool)
+    amount = space.index(role.of)
+    return states[:, amount] < _EMPTY * noise[amount]

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from ichain_drake.errors import InputError
 from ichain_drake.learning.frozen import FrozenModel, freeze
+from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.interaction.blocks import piece_blocks, windows
-from ichain_drake.learning.interaction.screening import Screening, window_means
+from ichain_drake.learning.interaction.screening import CubicScreening, Screening, window_means
 from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.state import FloatArray
 
@@ -32,6 +33,8 @@ class Regression:
         columns: indices of the chosen columns, in the order of the model's inputs.
         frozen: the fitted estimator, or None where the change is a constant.
         constant: that constant.
+        low: smallest input of each column in the demonstrations, shape (n_columns,); None for a linear fit.
+        high: the largest. A fit that is not linear is not asked beyond them.
         dead_band: predictions smaller than this are taken as 0: small biases add up over long holds.
         estimator: name with parameters; `constant` where there is none.
         std: standard deviation of one tick's left-out residual.
@@ -45,6 +48,8 @@ class Regression:
     columns: tuple[int, ...]
     frozen: FrozenModel | None
     constant: float
+    low: FloatArray | None
+    high: FloatArray | None
     dead_band: float
     estimator: str
     std: float
@@ -58,6 +63,8 @@ class Regression:
         """Predicted changes, shape (n,), from the chosen columns, shape (n, n_columns)."""
         if self.frozen is None:
             return np.full(len(rows), self.constant)
+        if self.low is not None and self.high is not None:
+            rows = np.minimum(np.maximum(rows, self.low), self.high)
         value = self.frozen.batch(rows)[:, 0]
         return np.where(np.abs(value) < self.dead_band, 0.0, value) if self.dead_band > 0 else value
 
@@ -71,6 +78,10 @@ def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | 
         return freeze(spec.make().fit(x, y))
     except (InputError, ValueError, np.linalg.LinAlgError):
         return None
+
+
+def _is_linear(model: FrozenModel | None) -> bool:
+    return model is None or (isinstance(model, Polynomial) and model.monomials.degree <= 1)
 
 
 @dataclass
@@ -125,7 +136,8 @@ def choose_regression(
     best: Regression | None = None
     best_error, best_prediction = np.inf, np.zeros(len(y))
     for columns, fit_length in _column_sets(sample, preferred):
-        names: Sequence[EstimatorSpec | None] = estimators if columns else (None,)
+        # Means over windows stand for their rows only where the fit is linear.
+        names: Sequence[EstimatorSpec | None] = estimators[: 1 if fit_length > 1 else None] if columns else (None,)
         for spec in names:
             prediction = _left_out(spec, sample, columns, fit_length)
             if prediction is None:
@@ -136,7 +148,7 @@ def choose_regression(
                 best = _describe(spec, sample, columns, fit_length, piece)
     if best is None or best_error > _EXISTS * zero or not _helps(sample, best_prediction):
         return None
-    dead = _dead_band(sample, best_prediction) if best.frozen is not None else 0.0
+    dead = _dead_band(sample, best_prediction) if best.frozen is not None and window > 1 else 0.0
     residual = y - np.where(np.abs(best_prediction) < dead, 0.0, best_prediction)
     return replace(
         best,
@@ -157,6 +169,8 @@ def _column_sets(sample: _Sample, preferred: NDArray[np.bool_]) -> list[tuple[tu
             fit_group = sample.group_of(marks)
             screen = Screening(sample.x, sample.y, marks, fit_group, sample.judge, judge_group, degree, preferred)
             sets.append((tuple(screen.select()), length))
+    screen = CubicScreening(sample.x, sample.y, sample.group, sample.judge)
+    sets.append((tuple(screen.select()), 1))
     constants = [((), n) for n in sample.windows]
     return list(dict.fromkeys([*constants, *sets]))
 
@@ -198,6 +212,8 @@ def _describe(
         columns=columns,
         frozen=frozen,
         constant=float(np.average(y, weights=weights)),
+        low=None if _is_linear(frozen) else sample.x[:, list(columns)].min(axis=0),
+        high=None if _is_linear(frozen) else sample.x[:, list(columns)].max(axis=0),
         dead_band=0.0,
         estimator="constant" if spec is None else str(spec),
         std=0.0,

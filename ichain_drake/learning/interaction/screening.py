@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,3 +131,64 @@ class Screening:
 
     def _ranked(self, columns: Sequence[int]) -> float:
         return self.error(columns) * (1.0 if self.preferred[columns[-1]] else _PREFERENCE)
+
+
+class CubicScreening:
+    """The same for cubic regressions, which see thresholds of two columns together; few columns, single ticks.
+
+    Args:
+        x: columns, shape (n, n_columns).
+        y: target, shape (n,).
+        group: group of each row, shape (n,).
+        judge: windows to judge by; each within one group.
+    """
+
+    def __init__(
+        self, x: FloatArray, y: FloatArray, group: NDArray[np.intp], judge: Sequence[tuple[int, int]]
+    ) -> None:
+        scale = x.std(axis=0)
+        self.usable = np.flatnonzero(scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12))
+        self._z = (x - x.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
+        self._y, self._group, self._judge = y, group, judge
+        self._weight = np.array([b - a for a, b in judge], dtype=float)
+        self._groups = [np.flatnonzero(group == g) for g in np.unique(group)]
+
+    def error(self, columns: Sequence[int]) -> float:
+        """Squared error over windows, each group left out in turn."""
+        z = self._z[:, list(columns)]
+        first = np.hstack([np.ones((len(z), 1)), z])
+        a, b, c = _cubic_terms(first.shape[1])
+        phi = first[:, a] * first[:, b] * first[:, c]
+        gram, right = phi.T @ phi, phi.T @ self._y
+        parts = [phi[rows] for rows in self._groups]
+        grams = np.stack([gram - p.T @ p for p in parts])
+        rights = np.stack([right - p.T @ self._y[rows] for p, rows in zip(parts, self._groups, strict=True)])
+        ridge = _RIDGE * len(z) * np.eye(phi.shape[1])
+        ridge[0, 0] = 1e-9
+        w = np.linalg.solve(grams + ridge, rights[..., None])[..., 0]
+        prediction = np.empty(len(z))
+        for rows, part, k in zip(self._groups, parts, w, strict=True):
+            prediction[rows] = part @ k
+        return float(np.sum(self._weight * window_means(self._y - prediction, self._judge) ** 2))
+
+    def select(self, most: int = 3) -> list[int]:
+        """The best pair of columns, and further ones while they help."""
+        pairs = [(int(a), int(b)) for k, a in enumerate(self.usable) for b in self.usable[k + 1 :]]
+        if not pairs:
+            return []
+        errors = [self.error(p) for p in pairs]
+        chosen, best = list(pairs[int(np.argmin(errors))]), min(errors)
+        while len(chosen) < most:
+            more = [int(c) for c in self.usable if c not in chosen]
+            errors = [self.error([*chosen, c]) for c in more]
+            if not errors or min(errors) > _SINGLE_GAIN * best:
+                break
+            chosen, best = [*chosen, more[int(np.argmin(errors))]], min(errors)
+        return chosen
+
+
+@cache
+def _cubic_terms(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """All products of three of n factors, as three index arrays; the first factor is the constant."""
+    terms = np.array(list(combinations_with_replacement(range(n), 3)), dtype=np.intp)
+    return terms[:, 0], terms[:, 1], terms[:, 2]

@@ -22,7 +22,7 @@ class InteractionSpec:
     """
 
     effect_estimators: tuple[EstimatorSpec, ...] = _specs(
-        "polynomial(degree=1)", "polynomial(degree=2)", "kernel_ridge(alpha=0.03, gamma=0.3)"
+        "polynomial(degree=1, clip=None)", "polynomial(degree=2, clip=None)", "kernel_ridge(alpha=0.03, gamma=0.3)"
     )
     status_estimators: tuple[EstimatorSpec, ...] = _specs(
         "SVC(C=30.0, gamma=1.0, class_weight='balanced')",
