@@ -54,7 +54,7 @@ class RunFiles:
             prepare_file(Path(self.report) if self.report else self.folder / "report.json")
 
 
-def run_path_scenario(  # noqa: PLR0917
+def run_path_scenario(
     scenario: PathScenario,
     files: RunFiles,
     path: Path | None,

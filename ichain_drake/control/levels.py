@@ -24,15 +24,15 @@ class TickModel(Protocol):
 
 
 class Level(Protocol):
-    """Turns wanted states of a child into wanted states of its parent.
+    """Turns wanted states of a child into wanted states of its parent."""
 
-    Attributes:
-        memory_size: length of what it keeps from one tick to the next.
-        lookahead: how many ticks of wanted states it reads.
-    """
+    @property
+    def memory_size(self) -> int:
+        """Length of what it keeps from one tick to the next."""
 
-    memory_size: int
-    lookahead: int
+    @property
+    def lookahead(self) -> int:
+        """How many ticks of wanted states it reads."""
 
     def decide(
         self, child: FloatArray, parent: FloatArray, wanted: FloatArray, memory: FloatArray
@@ -187,7 +187,7 @@ class PredictiveLevel:
         motion[:, 0] = motion[:, min(1, motion.shape[1] - 1)]  # from the reference, not from where the child is
         motion = motion / self.target_scale
         length = np.linalg.norm(motion, axis=-1, keepdims=True)
-        tangent = np.where(length > 1e-9, motion / np.maximum(length, 1e-9), 0.0)  # noqa: PLR2004
+        tangent = np.where(length > 1e-9, motion / np.maximum(length, 1e-9), 0.0)
         outer = tangent[..., :, None] * tangent[..., None, :]
         return np.eye(len(self.targets)) - (1.0 - self.weights.along) * outer
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,7 +86,7 @@ def make_cases(chain: LearnedChain, limits: PathLimits, count: int, ticks: int, 
     return cases
 
 
-def validation_error(chain: LearnedChain, policy: MoveTo, cases: list[ValidationCase], seed: int) -> float:
+def validation_error(chain: LearnedChain, policy: MoveTo, cases: Sequence[ValidationCase], seed: int) -> float:
     """Mean distance to the validation paths when the policy controls the learned graph.
 
     Args:

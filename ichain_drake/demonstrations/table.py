@@ -122,7 +122,7 @@ def _check_columns(demo: Demonstration, graph: InteractionGraph, objects: Sequen
 
 
 def _check_values(demo: Demonstration, graph: InteractionGraph) -> None:
-    if len(demo.table) < 2:  # noqa: PLR2004
+    if len(demo.table) < 2:
         raise InputError(f"{demo.name}: {len(demo.table)} rows; a piece needs at least 2")
     for name in demo.table.columns:
         values = pd.to_numeric(demo.table[name], errors="coerce").to_numpy(dtype=float, na_value=np.nan)

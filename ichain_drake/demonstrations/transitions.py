@@ -97,7 +97,7 @@ def collect_transitions(
         child = piece.states(interaction.child, child_space)
         parent = piece.states(interaction.parent, parent_space)
         flag = piece.table.get(interaction.name)
-        on = np.ones(len(child), dtype=bool) if flag is None else flag.to_numpy(dtype=float) > 0.5  # noqa: PLR2004
+        on = np.ones(len(child), dtype=bool) if flag is None else flag.to_numpy(dtype=float) > 0.5
         rows = on[:-1] & on[1:]
         start = np.flatnonzero(rows)
         index = np.full(len(start), number)

@@ -211,7 +211,7 @@ class WorldObject(LeafSystem):
         return context.get_discrete_state(index).value()
 
     def _modes(self, context: Context) -> dict[str, bool]:
-        return {p: bool(v > 0.5) for p, v in zip(self.parents, self._value(context, self._active), strict=True)}  # noqa: PLR2004
+        return {p: bool(v > 0.5) for p, v in zip(self.parents, self._value(context, self._active), strict=True)}
 
     def _step_once(
         self, context: Context, state: FloatArray, parents: ParentStates, modes: Mapping[str, bool]

@@ -84,10 +84,10 @@ class Car(WorldObject):
     ) -> None:
         super().__init__(name, parents, initial, settings)
         self.parameters = parameters or CarParameters()
-        ((self._stick, space),) = parents.items() if len(parents) == 1 else ((None, None),)
-        if space is None or len(space.observable) != 2:  # noqa: PLR2004
+        self._stick = next(iter(parents), "")
+        if len(parents) != 1 or len(parents[self._stick].observable) != 2:
             raise InputError(f"{name}: a car has one parent with two observable variables (steering, throttle)")
-        self._axes = space.observable_indices
+        self._axes = parents[self._stick].observable_indices
 
     def default_state(self) -> FloatArray:
         """At rest in the middle of the screen."""

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from ichain_drake.errors import IchainError
-from ichain_drake.objects.base import ObjectSettings, WorldObject
+from ichain_drake.objects.base import WorldObject
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME
 

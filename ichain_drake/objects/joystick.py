@@ -166,7 +166,7 @@ class Joystick(WorldObject):
         """Held: the knob is where the hand is. Released: the spring brings the stick back."""
         held = self.mount.tilt_from_knob(parents[self._hand][..., self._xy])
         free = state[..., :2] * math.exp(-dt / _RETURN_TIME)
-        on = np.asarray(active[self._hand])[..., None] > 0.5  # noqa: PLR2004
+        on = np.asarray(active[self._hand])[..., None] > 0.5
         return self.state_at_tilt(np.where(on, held, free))
 
     def decide_active(
@@ -176,7 +176,7 @@ class Joystick(WorldObject):
         if touch is not None:
             on = touch > (_TOUCH_OFF if active[self._hand] else _TOUCH_ON)
         else:
-            on = all(parents[self._hand][i] > 0.5 for i in self._grip)  # noqa: PLR2004
+            on = all(parents[self._hand][i] > 0.5 for i in self._grip)
         return {self._hand: on}
 
     def sample_body(self, body: FloatArray) -> FloatArray:

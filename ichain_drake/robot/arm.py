@@ -66,7 +66,7 @@ class ArmRobot(Diagram):
             ]
         )
         step = self.plant.time_step()
-        closed = bool(home[GRIP] > 0.5)  # noqa: PLR2004
+        closed = bool(home[GRIP] > 0.5)
         size = self.motion.GetOutputPort("plan").size()
         ik = InverseKinematics(self.kinematics, joints, spec.ik_rate, step, grip, size, closed=closed)
         self.ik = add("inverse_kinematics", ik)
@@ -133,7 +133,7 @@ class ArmRobot(Diagram):
         plant_context = self.plant.GetMyMutableContextFromRoot(root_context)
         self.plant.SetPositions(plant_context, self._robot.arm, joints)
         self.plant.SetVelocities(plant_context, self._robot.arm, np.zeros(len(joints)))
-        closed = bool(value[GRIP] > 0.5)  # noqa: PLR2004
+        closed = bool(value[GRIP] > 0.5)
         row = self.ik.set_joints(self.ik.GetMyMutableContextFromRoot(root_context), joints, closed=closed)
         self.playout.set_rows(self.playout.GetMyMutableContextFromRoot(root_context), row)
         self.motion.set_hand(self.motion.GetMyMutableContextFromRoot(root_context), value)

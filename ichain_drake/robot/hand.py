@@ -100,7 +100,7 @@ class HandSpec:
         variables = []
         for variable in HAND.subspace(self.exposed).variables:
             limits = self.bounds.get(variable.name)
-            if limits is not None and len(limits) != 2:  # noqa: PLR2004
+            if limits is not None and len(limits) != 2:
                 raise InputError(f"hand.bounds: {variable.name} needs [lower, upper], not {limits}")
             variables.append(replace(variable, lower=limits[0], upper=limits[1]) if limits else variable)
         if self.surface is not None and ("z" in self.exposed or "z" in self.held):

@@ -97,7 +97,7 @@ class InverseKinematics(LeafSystem):
             What every row of the playout must hold, shape (width,).
         """
         row = self._row(joints, closed)
-        at_frame = abs(context.get_time() / FRAME - round(context.get_time() / FRAME)) < 1e-6  # noqa: PLR2004
+        at_frame = abs(context.get_time() / FRAME - round(context.get_time() / FRAME)) < 1e-6
         context.SetDiscreteState(self._joints, joints)
         context.SetDiscreteState(self._held, row)
         context.SetDiscreteState(self._mode, [float(at_frame), 0.0, 0.0, 0.0])
@@ -125,7 +125,7 @@ class InverseKinematics(LeafSystem):
             path, speed = self._kinematics.follow(begin, self._targets(start, end), self._period)
             rows[:, :n] = self._weights @ np.stack([begin, *path])
             plan[-2 - n : -2] = path[-1]
-        rows[:, n:] = self._grip[int(end[GRIP] > 0.5)]  # noqa: PLR2004
+        rows[:, n:] = self._grip[int(end[GRIP] > 0.5)]
         rows[:, :n] += self._dither if frame % 2 else -self._dither
         rows -= discrete.value(self._held)
         plan[-2], plan[-1] = speed, still

@@ -76,7 +76,7 @@ class ArmKinematics:
         self._posture_levels = np.array([level for level, _ in postures])
         self._postures = np.stack([joints for _, joints in postures])
         axis = self._first_axis(joints[0])
-        self._bearing_sign = round(axis) if abs(axis) > 0.99 else 0  # noqa: PLR2004 -- vertical, but for rounding
+        self._bearing_sign = round(axis) if abs(axis) > 0.99 else 0  # vertical, but for rounding
         self._base = joints[0].frame_on_parent().CalcPoseInWorld(self._context).translation()
 
     def _first_axis(self, joint: object) -> float:
@@ -203,7 +203,7 @@ class ArmKinematics:
                 following = self.step(joints, pose, 0.1)
                 moved = float(np.abs(following - joints).max())
                 joints = following
-                if moved < 1e-7:  # noqa: PLR2004
+                if moved < 1e-7:
                     break
             error = self.miss(joints, pose)
             if error.position < _POSITION_TOLERANCE and error.angle < _ANGLE_TOLERANCE:

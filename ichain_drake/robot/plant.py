@@ -94,7 +94,7 @@ def add_robot_plant(builder: DiagramBuilder, spec: RobotSpec, bodies: Mapping[st
         InputError: if a model can't be read, an instance is missing, or gains or the step don't fit.
     """
     ratio = FRAME / spec.plant_step
-    if abs(math.log2(ratio) - round(math.log2(ratio))) > 1e-9 or ratio < 1:  # noqa: PLR2004
+    if abs(math.log2(ratio) - round(math.log2(ratio))) > 1e-9 or ratio < 1:
         raise InputError(f"robot.plant_step: {spec.plant_step} s is not 1/30 s over a power of two (1/120 s is usual)")
     config = MultibodyPlantConfig(
         # Divided from the frame, so that k steps equal a frame bit by bit.

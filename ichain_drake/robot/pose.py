@@ -49,7 +49,7 @@ def rotation_vector(rotation: FloatArray) -> FloatArray:
     sine = 0.5 * math.sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2])
     cosine = 0.5 * (m[0, 0] + m[1, 1] + m[2, 2] - 1.0)
     angle = math.atan2(sine, cosine)
-    if sine > 1e-7:  # noqa: PLR2004 -- below it the axis is rounding noise
+    if sine > 1e-7:  # below it the axis is rounding noise
         return axis * (0.5 * angle / sine)
     if cosine > 0.0:
         return axis * 0.5
@@ -96,11 +96,11 @@ def _follow(rotation: FloatArray, guess: FloatArray) -> FloatArray:
     """Angles of a rotation near |roll| = pi/2 by damped Gauss-Newton from a guess, shape (3,)."""
     yaw, pitch, roll = guess
     # The hand's free variables may be far off at first use (another branch): then start at the singular roll itself.
-    if abs(math.cos(roll)) > 0.5:  # noqa: PLR2004
+    if abs(math.cos(roll)) > 0.5:
         roll = math.copysign(math.pi / 2, -rotation[2, 1])
     for _ in range(20):
         error = rotation_vector(rotation @ hand_rotation(yaw, pitch, roll).T)
-        if np.abs(error).max() < 1e-12:  # noqa: PLR2004
+        if np.abs(error).max() < 1e-12:
             break
         cy, sy, cr, sr = math.cos(yaw), math.sin(yaw), math.cos(roll), math.sin(roll)
         # Columns: axes that yaw, pitch and roll turn about (pitch about minus the rolled y axis).

@@ -60,7 +60,7 @@ class MountConfig:
         Raises:
             InputError: if the pivot does not have three coordinates.
         """
-        if len(self.pivot) != 3:  # noqa: PLR2004
+        if len(self.pivot) != 3:
             raise InputError(f"joystick.pivot is {self.pivot}; give x, y, z in metres")
         return JoystickMount((self.pivot[0], self.pivot[1], self.pivot[2]), math.radians(self.yaw_deg), self.handle)
 
@@ -296,7 +296,7 @@ def _check_numbers(config: CarGameConfig) -> None:
         if not 0 < value < math.inf:
             raise InputError(f"{key} is {value}; give a number above 0, in metres")
     axes = config.start.axes
-    if len(axes) != 2 or not all(-1 <= a <= 1 for a in axes):  # noqa: PLR2004
+    if len(axes) != 2 or not all(-1 <= a <= 1 for a in axes):
         raise InputError(f"start.axes is {axes}; give steering and throttle, each from -1 to 1")
 
 

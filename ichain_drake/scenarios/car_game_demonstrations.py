@@ -92,7 +92,7 @@ class Driver(LeafSystem):
             x, y, heading, speed, _ = self._car.Eval(context)
             since += 1
             place = self._places[leg]
-            if np.hypot(place[0] - x, place[1] - y) < 35 or since > 14:  # noqa: PLR2004
+            if np.hypot(place[0] - x, place[1] - y) < 35 or since > 14:
                 leg, since = min(leg + 1, len(self._places) - 1), 0
                 place = self._places[leg]
             off = float(wrap_angle(np.arctan2(place[1] - y, place[0] - x) - heading))

@@ -145,7 +145,7 @@ class ControlConfig:
         """
         if self.method not in METHODS:
             raise InputError(f"control.method {self.method!r}: choose {' or '.join(METHODS)}")
-        if not self.horizons or not self.efforts or min(self.horizons) < 2 or min(self.efforts) <= 0:  # noqa: PLR2004
+        if not self.horizons or not self.efforts or min(self.horizons) < 2 or min(self.efforts) <= 0:
             raise InputError("control: give horizons of at least 2 ticks and efforts above 0")
         return ControlCandidates(tuple(self.horizons), tuple(self.efforts), self.along)
 

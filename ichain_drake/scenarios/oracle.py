@@ -10,7 +10,7 @@ import numpy as np
 from ichain_drake.control.levels import PredictiveLevel, PredictiveWeights
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects.base import WorldObject
-from ichain_drake.robot.motion import ANGULAR_SPEED, LINEAR_SPEED, MOVE_FRAMES
+from ichain_drake.robot.motion import LINEAR_SPEED, MOVE_FRAMES
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 from ichain_drake.world.reference import WorldReference

@@ -63,7 +63,7 @@ def record(
 def _tabulate(graph: InteractionGraph, log: EpisodeLog, objects: Sequence[str], name: str) -> Demonstration:
     rows = slice(0, None, FRAMES_PER_TICK)
     count = len(log.times[rows])
-    data: dict[str, FloatArray] = {TIME: TICK * np.arange(count)}
+    data: dict[str, FloatArray] = {TIME: TICK * np.arange(count, dtype=np.float64)}
     units: dict[str, str] = {}
     for obj in objects:
         for i, variable in enumerate(graph.objects[obj].observable.variables):

@@ -400,7 +400,7 @@ class _Script:
         hand.to(button[0], button[1], 0.12)
         for level in (1.0, 3.0, 5.0, 2.0, 4.0, 6.0, 3.0, 4.0, 2.0, 5.0, 0.4, 6.0):
             hand.press(button, level, off := self._off(0.006)).wait(2)
-            if self.uniform(0.0, 1.0) < 0.3:  # noqa: PLR2004 -- now and then lift off in between
+            if self.uniform(0.0, 1.0) < 0.3:  # now and then lift off in between
                 hand.press(button, -4.0, off)
         return hand.press(button, -20.0)
 

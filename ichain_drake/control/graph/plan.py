@@ -52,7 +52,11 @@ class PlanStep:
             changing).
         until: the variable of the last object that is driven, with the direction (+1, -1) and the value predicted at
             the end; None for a step that only carries the first object somewhere.
-        hold: robot state that the drive holds or approaches, where the chain's first object is not carried.
+        hold: robot state that the drive holds or approaches. Where the first object is carried it belongs to the grasp
+            of a demonstration: what counts is where the object is, `wanted`.
+        before: values that variables of a carried first object are brought to before the drive, and again after it;
+            empty where nothing is driven.
+        after: values that they are brought to in the end, where the object is let go.
         release: whether the first interaction is deactivated at the end.
         predicted: states predicted at the end.
         ticks: predicted duration.
@@ -62,6 +66,8 @@ class PlanStep:
     wanted: Mapping[tuple[str, str], float] = field(default_factory=dict)
     until: tuple[str, str, int, float] | None = None
     hold: FloatArray | None = None
+    before: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    after: Mapping[tuple[str, str], float] = field(default_factory=dict)
     release: bool = True
     predicted: States = field(default_factory=dict)
     ticks: int = 0

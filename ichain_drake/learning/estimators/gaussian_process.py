@@ -131,7 +131,7 @@ class PolynomialGaussianProcess(RegressorMixin, BaseEstimator):
                     f"PolynomialGaussianProcess: {name} {getattr(self, name)!r}: give a whole number >= {least}"
                 )
         for name in ("search_samples", "max_samples"):
-            if getattr(self, name) < 5:  # noqa: PLR2004 - as few as check_samples allows
+            if getattr(self, name) < 5:  # as few as check_samples allows
                 raise InputError(f"PolynomialGaussianProcess: {name} {getattr(self, name)!r}: give at least 5")
 
     def _search(self, evidence: Evidence, y: FloatArray, random: np.random.RandomState) -> FloatArray:

@@ -117,7 +117,7 @@ def _check_binary(classifier: Any) -> None:
     if isinstance(classifier.classes_, list):
         raise InputError(f"{name} was fitted on several outputs; freeze one classifier an output")
     n = len(classifier.classes_)
-    if n != 2:  # noqa: PLR2004 - binary
+    if n != 2:  # binary
         raise InputError(f"{name} was fitted on {n} class(es); a classifier to be frozen has exactly two")
 
 

@@ -175,7 +175,7 @@ class FrozenModel(ABC):
 
     def _rows(self, rows: ArrayLike) -> FloatArray:
         array = np.ascontiguousarray(rows, dtype=float)
-        if array.ndim != 2 or array.shape[1] != self.n_in:  # noqa: PLR2004 - rows of a table
+        if array.ndim != 2 or array.shape[1] != self.n_in:  # rows of a table
             raise InputError(f"frozen {self.kind} model: shape (n, {self.n_in}) is needed, got {array.shape}")
         return array
 

@@ -69,7 +69,7 @@ def check_flags(names: Sequence[str], flags: Mapping[Interaction, Sequence[NDArr
     Raises:
         InputError: for an edge that is never or always active; names it and the pieces.
     """
-    listed = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")  # noqa: PLR2004
+    listed = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
     for edge, parts in flags.items():
         if not any(p.any() for p in parts):
             raise InputError(

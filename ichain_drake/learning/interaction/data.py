@@ -91,7 +91,7 @@ def collect(pieces: Sequence[Demonstration], graph: InteractionGraph) -> GraphDa
         Piece(
             p.name,
             {n: np.ascontiguousarray(p.states(n, s)) for n, s in graph.objects.items()},
-            {e: p.table[e.name].to_numpy(dtype=float) > 0.5 for e in graph.interactions},  # noqa: PLR2004
+            {e: p.table[e.name].to_numpy(dtype=float) > 0.5 for e in graph.interactions},
         )
         for p in pieces
     ]

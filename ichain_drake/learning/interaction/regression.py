@@ -129,7 +129,7 @@ def choose_regression(
     lengths = (1,) if window == 1 else (1, window)
     marks = {n: windows(key, row, n) for n in lengths}
     sample = _Sample(x, y, group, marks, marks[lengths[-1]])
-    if len(np.unique(group)) < 2:  # noqa: PLR2004
+    if len(np.unique(group)) < 2:
         return None
     length = np.array([b - a for a, b in sample.judge], dtype=float)
     zero = float(np.sum(length * sample.judged(np.zeros(len(y))) ** 2))
@@ -165,12 +165,13 @@ def _column_sets(sample: _Sample, preferred: NDArray[np.bool_]) -> list[tuple[tu
     judge_group = sample.group_of(sample.judge)
     sets: list[tuple[tuple[int, ...], int]] = []
     for degree in (1, 2):
-        for length, marks in sample.windows.items():
+        for length, marks in sorted(sample.windows.items(), reverse=True):  # noise in inputs biases single ticks
             fit_group = sample.group_of(marks)
             screen = Screening(sample.x, sample.y, marks, fit_group, sample.judge, judge_group, degree, preferred)
             sets.append((tuple(screen.select()), length))
     screen = CubicScreening(sample.x, sample.y, sample.group, sample.judge)
-    sets.append((tuple(screen.select()), 1))
+    cubic = tuple(screen.select())
+    sets += [(cubic[:2], 1), (cubic, 1)]
     constants = [((), n) for n in sample.windows]
     return list(dict.fromkeys([*constants, *sets]))
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ichain_drake.state import FloatArray
 
 _RIDGE = 1e-3
-_SINGLE_GAIN, _PAIR_GAIN = 0.85, 0.72  # the error must fall to this share for a column, for a pair, to be taken
+_SINGLE_GAIN, _PAIR_GAIN = 0.7, 0.5  # the error must fall to this share for a column, for a pair, to be taken
 _PAIR_SEEDS = 10
 _PREFERENCE = 1.03
 

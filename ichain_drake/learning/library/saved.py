@@ -12,9 +12,9 @@ import numpy as np
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.chain import LearnedLink
+from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.learning.features import planar_poses
 from ichain_drake.learning.frozen import FrozenModel
-from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.learning.library.files import MANIFEST, link_name, read_files
 from ichain_drake.learning.library.fit import check_fit
 from ichain_drake.learning.library.form import refusal

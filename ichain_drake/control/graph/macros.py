@@ -1,0 +1,191 @@
+"""Macro-actions of a learned interaction graph, generated from its models and demonstrated samples alone.
+
+Two kinds: carry an object that follows the robot somewhere and let it go; activate a chain of interactions from the
+robot on, drive a variable of its last object until it stops changing, and let go.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, is_change, keeps, row, span, take
+from ichain_drake.graph import Interaction
+from ichain_drake.state import FloatArray
+
+IntArray = NDArray[np.intp]
+
+_AT_REST = 0.25  # share of its response to motion that a followed variable may change by while the robot is still
+_RESPONSE = 0.5  # of the robot's largest step
+_PROBE_TICKS = 6
+_LEAST_RATE = 0.02  # of the demonstrated range, over the probe
+_NOISES = 3.0
+_NEARLY_BEST = 0.7  # of the fastest sample's rate: among those the surest one is taken
+_QUIET = 0.25  # of the fastest sample's rate
+_MOST_SAMPLES = 60  # per chain
+
+
+@dataclass(frozen=True, eq=False)
+class Carry:
+    """An object that follows the robot through an interaction.
+
+    Attributes:
+        edge: from the robot.
+        follow: indices of the object's variables that follow the robot and stay where they are let go.
+        places: values of these variables where the object was let go in demonstrations, shape (n_places, n_follow).
+    """
+
+    edge: Interaction
+    follow: IntArray
+    places: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """A chain of interactions through which a variable of its last object is driven.
+
+    Attributes:
+        chain: from the robot to the object.
+        variable: index of the driven variable.
+        direction: +1 or -1.
+        rate: fastest change in a tick that the samples predict, in the variable's unit.
+        carry: how the first object is carried, where it follows the robot; else None.
+        hold: sample of all states while the variable is driven.
+        before: sample of all states with the chain active, but the variable quiet; equals `hold` where none is needed.
+    """
+
+    chain: tuple[Interaction, ...]
+    variable: int
+    direction: int
+    rate: float
+    carry: Carry | None
+    hold: Batch
+    before: Batch
+
+
+def find_carries(model: GraphModel) -> tuple[Carry, ...]:
+    """Objects that the robot can carry, in the graph's order."""
+    found = []
+    for edge in model.graph.interactions:
+        if edge.parent != model.graph.root:
+            continue
+        follow = _followers(model, edge)
+        places = model.edges[edge].examples.deactivations.after[edge.child]
+        if len(follow) and len(places):
+            found.append(Carry(edge, follow, np.unique(places[:, follow], axis=0)))
+    return tuple(found)
+
+
+def _followers(model: GraphModel, edge: Interaction) -> IntArray:
+    """Variables that change with the robot's motion, not while it is still, and keep their value when let go."""
+    samples = model.edges[edge].examples.active
+    root, child = samples[edge.parent], samples[edge.child]
+    if not len(root):
+        return np.zeros(0, dtype=np.intp)
+    pair = {edge.parent: root, edge.child: child}
+    still = np.sqrt(np.mean(model.effect(edge, pair, root) ** 2, axis=0))
+    moved = np.zeros_like(still)
+    for i, limit in enumerate(model.step_limit[edge.parent]):
+        for sign in (1.0, -1.0):
+            push = np.zeros(root.shape[1])
+            push[i] = sign * _RESPONSE * limit
+            moved = np.maximum(moved, np.sqrt(np.mean(model.effect(edge, pair, root + push) ** 2, axis=0)))
+    floor = np.maximum(model.noise[edge.child], 1e-9 * span(model, edge.child))
+    return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & (still < _AT_REST * moved))
+
+
+def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
+    """All chains of interactions from the robot to an object, short ones first."""
+    graph = model.graph
+    found = []
+    for target in graph.objects:
+        if target == graph.root:
+            continue
+        for path in nx.all_simple_paths(graph.digraph, graph.root, target):
+            found.append(tuple(Interaction(a, b) for a, b in zip(path[:-1], path[1:], strict=True)))
+    return tuple(sorted(found, key=len))
+
+
+def find_drives(model: GraphModel, carries: tuple[Carry, ...]) -> tuple[Drive, ...]:
+    """Chains with the variables that they drive, as predicted from demonstrated samples in which all of a chain is active."""
+    by_edge = {c.edge: c for c in carries}
+    samples, owner, every = [], [], chains(model)
+    for number, chain in enumerate(every):
+        joint = _joint_samples(model, chain)
+        n = len(next(iter(joint.values())))
+        samples.append(joint)
+        owner += [number] * n
+    if not owner:
+        return ()
+    batch = {n: np.concatenate([s[n] for s in samples]) for n in model.graph.objects}
+    margins = {e: model.decide(e, batch) for e in model.graph.interactions}
+    change = _probe(model, batch)
+    out: list[Drive] = []
+    for number, chain in enumerate(every):
+        rows = np.flatnonzero(np.array(owner) == number)
+        if len(rows):
+            sure = np.min([margins[e][rows] for e in chain], axis=0)
+            out += _drives_of(model, chain, by_edge.get(chain[0]), take(batch, rows), take(change, rows), sure)
+    return tuple(out)
+
+
+def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
+    """Demonstrated states in which every interaction of a chain is active, by the classifiers."""
+    parts = [model.edges[e].examples.active for e in chain]
+    batch = {n: np.concatenate([p[n] for p in parts]) for n in model.graph.objects}
+    on = np.ones(len(batch[chain[0].parent]), dtype=bool)
+    for e in chain:
+        on &= model.decide(e, batch) >= 0
+    rows = np.flatnonzero(on)
+    if len(rows) > _MOST_SAMPLES:
+        rows = rows[np.linspace(0, len(rows) - 1, _MOST_SAMPLES).round().astype(int)]
+    return take(batch, rows)
+
+
+def _probe(model: GraphModel, batch: Batch) -> Batch:
+    """Change of every object over a few ticks with the robot held still, shape (n, n_variables) each."""
+    now = {n: v.copy() for n, v in batch.items()}
+    status = None
+    for tick in range(_PROBE_TICKS):
+        now, status = model.step(now, batch[model.graph.root], status if tick > 1 else None)
+    return {n: model.graph.objects[n].observable.difference(now[n], batch[n]) for n in batch}
+
+
+def _drives_of(
+    model: GraphModel, chain: tuple[Interaction, ...], carry: Carry | None, batch: Batch, change: Batch, sure: FloatArray
+) -> list[Drive]:
+    target = chain[-1].child
+    follow = carry.follow if carry is not None and len(chain) == 1 else ()
+    least = np.maximum(_LEAST_RATE * span(model, target), _NOISES * model.noise[target])
+    usable = keeps(model, target) & ~is_change(model, target)
+    out = []
+    for v in np.flatnonzero(usable):
+        if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
+            continue
+        for direction in (1, -1):
+            speed = direction * change[target][:, v]
+            best = float(speed.max())
+            if best < least[v]:
+                continue
+            nearly = np.flatnonzero(speed >= _NEARLY_BEST * best)
+            hold = int(nearly[np.argmax(sure[nearly])])
+            before = hold if carry is None else _quiet_row(model, carry, batch, np.abs(speed) < _QUIET * best, hold)
+            out.append(
+                Drive(chain, int(v), direction, best / _PROBE_TICKS, carry, row(batch, hold), row(batch, before))
+            )
+    return out
+
+
+def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, hold: int) -> int:
+    """The quiet sample whose robot and carried object are nearest to those of another sample; that one if there is none."""
+    rows = np.flatnonzero(quiet)
+    if not len(rows):
+        return hold
+    distance = np.zeros(len(rows))
+    for obj, part in ((model.graph.root, slice(None)), (carry.edge.child, carry.follow)):
+        away = model.graph.objects[obj].observable.difference(batch[obj][rows], batch[obj][hold])
+        distance += ((away / span(model, obj))[:, part] ** 2).sum(axis=1)
+    return int(rows[np.argmin(distance)])
