@@ -69,7 +69,7 @@ def LearnedComponent_(T: type) -> type:  # noqa: N802 - the template is the clas
             return calc
 
         def _sweep(self, context: Context_[T], swept: AbstractValue) -> None:  # type: ignore[valid-type]
-            flags = {n: values_of(port.Eval(context)) > 0.5 for n, port in self._active.items()} - 0 or 1
+            flags = {n: values_of(port.Eval(context)) > 0.5 for n, port in self._active.items()}  # flags are 0 or 1
             on = [
                 Interaction(parent, name)
                 for name, member in self.members.items()

@@ -88,7 +88,7 @@ def LearnedObject_(T: type) -> type:  # noqa: N802 - the template is the class
         def _evaluate(self, context: Context_[T]) -> NDArray[Any]:  # type: ignore[valid-type]
             if self._component is not None:
                 return self._component.Eval(context)
-            active = values_of(context.get_discrete_state(self._active).CopyToVector()) > 0.5 - 0 or 1
+            active = values_of(context.get_discrete_state(self._active).CopyToVector()) > 0.5  # flags are 0 or 1
             return self.transition(
                 context.get_discrete_state(self._state).CopyToVector(),
                 [now.Eval(context) for now, _ in self._parents],
