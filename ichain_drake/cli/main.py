@@ -281,8 +281,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: in place of the command line's.
     """
     try:
-        status = app.main(args=None if arguments is None else list(arguments), prog_name="ichain", standalone_mode=False)
+        # Not `app.main`: it answers Ctrl-C with an empty line, and a reader that left with status 1.
+        with app.make_context("ichain", list(sys.argv[1:] if arguments is None else arguments)) as context:
+            status = app.invoke(context)
+        sys.stdout.flush()
         return status if isinstance(status, int) else 0
+    except click.exceptions.Exit as done:  # --help, --version
+        return done.exit_code
     except UnreachableError as error:
         print(f"ichain: {_one_line(error)}", file=sys.stderr)
         return 1

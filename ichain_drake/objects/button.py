@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydrake.geometry import Cylinder
-from pydrake.math import RigidTransform
 from scipy.special import ndtri
 
 from ichain_drake.errors import InputError
@@ -137,23 +135,3 @@ class Button(WorldObject):
         """The level, now and then one off (paper sec. VI: counted in the camera's pixels)."""
         off = np.sign(noise) * (np.abs(noise) > self._misread)
         return np.clip(state[..., self._observable] + off, 0.0, LEVELS)
-
-
-class ButtonDrawing:
-    """A cap that goes down and lights up; without `cap` only the light, where a plant draws the rest."""
-
-    def __init__(self, mount: ButtonMount, color: tuple[float, float, float], *, cap: bool = True) -> None:
-        self._mount, self._color, self._cap = mount, np.array(color), cap
-
-    def setup(self, scene: Any) -> None:
-        """Create the shapes."""
-        height = 0.02 if self._cap else 0.0015
-        pose = RigidTransform([0.0, 0.0, 0.0008 - height / 2])
-        scene.shape("cap/body", Cylinder(0.016, height), (*self._color, 1.0), pose)
-
-    def update(self, scene: Any, time: float, state: FloatArray) -> None:
-        """Move and light the cap."""
-        x, y, z = self._mount.top
-        scene.pose("cap", RigidTransform([x, y, z - state[1]]), time)
-        lit = state[0] > LEVELS / 2
-        scene.color("cap/body", self._color if lit else 0.25 * self._color, time)

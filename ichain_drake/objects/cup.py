@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydrake.geometry import Cylinder
-from pydrake.math import RigidTransform, RotationMatrix
+from numpy.typing import NDArray
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
-from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.objects.cup_settings import CupSettings
 from ichain_drake.objects.hand_reading import HandReading
-from ichain_drake.objects.region import Region
-from ichain_drake.objects.tank import water_color
 from ichain_drake.objects.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill, vessels
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
 
@@ -36,57 +32,7 @@ _TOUCH_ON, _TOUCH_OFF = 2.0, 0.5  # N
 _CUT = 0.5
 
 
-@dataclass(frozen=True)
-class Surface:
-    """A level surface that a cup can stand on: a rectangle of the robot's frame.
-
-    Attributes:
-        x, y: from, to [m].
-        height: [m].
-    """
-
-    x: tuple[float, float]
-    y: tuple[float, float]
-    height: float
-
-
-@dataclass(frozen=True)
-class CupFaults:
-    """Mishaps that an evaluation asks for.
-
-    Attributes:
-        slips: times [s]; a grasp is lost at each, or as soon after as the cup is held in the air. The hand must open
-            and close anew.
-        knocks: (time [s], dx, dy [m, robot frame]); the cup is displaced then, or as soon after as it stands.
-    """
-
-    slips: tuple[float, ...] = ()
-    knocks: tuple[tuple[float, float, float], ...] = ()
-
-
-@dataclass(frozen=True)
-class CupSettings:
-    """What a scenario gives about a cup.
-
-    Attributes:
-        height, radius: [m].
-        grasp: where the hand must be, relative to the middle of the cup's rim, when it closes around the cup.
-        outlets: by name of a parent that dispenses: where the rim's middle must be to catch the water, robot frame.
-        surfaces: what it can stand on beside the table at height 0.
-        camera: frame in which its pose is seen.
-        faults: see `CupFaults`.
-    """
-
-    height: float = 0.10
-    radius: float = 0.03
-    grasp: Region = field(default_factory=lambda: Region((0.0, 0.0, -0.04), (0.015, 0.015, 0.025)))
-    outlets: Mapping[str, Region] = field(
-        default_factory=lambda: {"tank": Region((0.68, 0.06, 0.11), (0.02, 0.02, 0.015))}
-    )
-    surfaces: tuple[Surface, ...] = ()
-    camera: CameraFrame = field(default_factory=CameraFrame)
-    faults: CupFaults = field(default_factory=CupFaults)
-
+BoolArray = NDArray[np.bool_]
 
 _ATTACHMENT = ("lean", "held", "offset_x", "offset_y", "offset_z", "axis_x", "axis_y", "axis_z", "grip", "age")
 
@@ -215,7 +161,7 @@ class Cup(WorldObject):
             new = self._knock(new, held)
         return new
 
-    def _carry(self, state: FloatArray, hand: FloatArray, held: FloatArray, was: FloatArray) -> FloatArray:
+    def _carry(self, state: FloatArray, hand: FloatArray, held: BoolArray, was: BoolArray) -> FloatArray:
         s = state.T
         held, was = held.T, was.T
         rim = self.cup.camera.to_robot(state[..., :3]).T
@@ -253,7 +199,7 @@ class Cup(WorldObject):
             s[self._slips] = np.where(lost, due, s[self._slips])
         return s.T
 
-    def _knock(self, state: FloatArray, held: FloatArray) -> FloatArray:
+    def _knock(self, state: FloatArray, held: BoolArray) -> FloatArray:
         s = state.T
         done = s[self._slips + 1]
         for k, (time, dx, dy) in enumerate(self._knocks):
@@ -289,7 +235,7 @@ class Cup(WorldObject):
         if not len(self._slip_times):
             return False
         due = int((self._slip_times <= state[self._age] + _CUT / 30).sum())
-        lifted = rim[2] - self.cup.height - float(self.support(*map(np.float64, rim))) > _LIFTED
+        lifted = rim[2] - self.cup.height - float(self.support(*np.array(rim))) > _LIFTED
         return due > state[self._slips] and lifted
 
     def sample_body(self, body: FloatArray) -> FloatArray:
@@ -316,34 +262,3 @@ def _axis(tilt: FloatArray, lean: FloatArray) -> FloatArray:
     """Direction of the cup's axis in the robot's frame, shape (3, ...)."""
     c = np.cos(lean)
     return np.array([np.sin(lean), -np.sin(tilt) * c, np.cos(tilt) * c])
-
-
-class CupDrawing:
-    """A glass with water in it: its level is the amount, its colour the temperature.
-
-    Args:
-        cup: geometry and camera.
-        glass: whether to draw the glass; a plant may do it.
-    """
-
-    def __init__(self, cup: CupSettings, *, glass: bool = True) -> None:
-        self._cup, self._glass = cup, glass
-
-    def setup(self, scene: Any) -> None:
-        """Create glass and water."""
-        height, radius = self._cup.height, self._cup.radius
-        if self._glass:
-            wall = RigidTransform([0, 0, -height / 2])
-            scene.shape("cup/glass", Cylinder(radius, height), (0.85, 0.92, 0.97, 0.3), wall)
-        inside = 0.92 * height
-        scene.place("cup/inside", RigidTransform([0, 0, -0.98 * height]))
-        column = RigidTransform([0, 0, inside / 2])
-        scene.shape("cup/inside/water/column", Cylinder(0.85 * radius, inside), (0.1, 0.3, 0.8), column)
-
-    def update(self, scene: Any, time: float, state: FloatArray) -> None:
-        """Pose and content."""
-        rim = self._cup.camera.to_robot(state[:3])
-        turn = RotationMatrix.MakeXRotation(state[3]) @ RotationMatrix.MakeYRotation(state[7])
-        scene.pose("cup", RigidTransform(turn, rim), time)
-        scene.scale("cup/inside/water", (1.0, 1.0, float(state[4])), time)
-        scene.color("cup/inside/water/column", water_color(float(state[5])), time)

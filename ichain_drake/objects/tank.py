@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydrake.geometry import Box, Cylinder
-from pydrake.math import RigidTransform
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
@@ -146,55 +144,3 @@ def _position(space: StateSpace, name: str, parent: str) -> list[int]:
         if axis not in found:
             raise InputError(f"{name}: its parent {parent} has no position along {axis}")
     return [found[a] for a in ("x", "y", "z")]
-
-
-class TankDrawing:
-    """A gauge: a column of water whose height is the amount and whose colour the temperature.
-
-    Args:
-        foot: lower end of the gauge in the robot's frame [m].
-        radius, height: of the gauge when full [m].
-        outlet: of the dispenser, in the robot's frame [m].
-        fall: how far its jet falls [m].
-        boxes: lower and upper corners of the machine's parts [m], where no plant draws them.
-    """
-
-    def __init__(
-        self,
-        foot: tuple[float, float, float],
-        radius: float,
-        height: float,
-        outlet: tuple[float, float, float],
-        fall: float,
-        boxes: Sequence[Sequence[float]] = (),
-    ) -> None:
-        self._foot, self._radius, self._height = foot, radius, height
-        self._outlet, self._fall = outlet, fall
-        self._flow = Tank.state_space.index("flow")
-        self._boxes = [np.array(b).reshape(2, 3) for b in boxes]
-
-    def setup(self, scene: Any) -> None:
-        """Create gauge, water, jet and machine."""
-        for k, (low, high) in enumerate(self._boxes):
-            scene.shape(f"part_{k}", Box(*(high - low)), (0.75, 0.78, 0.82, 1.0), RigidTransform(0.5 * (low + high)))
-        scene.place("gauge", RigidTransform(np.array(self._foot)))
-        tube = RigidTransform([0, 0, self._height / 2])
-        scene.shape("gauge/tube", Cylinder(self._radius * 1.25, self._height), (0.85, 0.9, 0.95, 0.25), tube)
-        scene.shape("gauge/water/column", Cylinder(self._radius, self._height), water_color(0.0), tube)
-        x, y, z = self._outlet
-        jet = RigidTransform([x, y, z - self._fall / 2])
-        scene.shape("jet", Box(0.006, 0.006, self._fall), water_color(0.0), jet)
-
-    def update(self, scene: Any, time: float, state: FloatArray) -> None:
-        """Level, colour, and the jet while water leaves."""
-        color = water_color(float(state[1]))
-        scene.scale("gauge/water", (1.0, 1.0, float(state[0])), time)
-        scene.color("gauge/water/column", color, time)
-        scene.visible("jet", bool(state[self._flow] > 0), time)
-        scene.color("jet", color, time)
-
-
-def water_color(temperature: float) -> tuple[float, float, float]:
-    """Linear RGB from blue (cold) to red (hot)."""
-    t = min(max(temperature, 0.0), 1.0)
-    return (0.02 + 0.75 * t, 0.12 * (1 - t) + 0.02, 0.75 * (1 - t) + 0.02)

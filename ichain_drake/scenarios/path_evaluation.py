@@ -274,9 +274,9 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     for (method, samples, case), group in frame.groupby(["method", "samples", "case"], sort=False):
         done = group[group.success]
         errors = done.error.astype(float)
-        both = done.join(oracle, on=["case", "seed"], rsuffix="_oracle") if len(oracle) else done.assign(error_oracle=None)
-        both = both.dropna(subset=["error_oracle"])
-        ratio = float(both.error.mean() / both.error_oracle.mean()) if len(both) else None
+        both = done.join(oracle.rename("oracle_error"), on=["case", "seed"])
+        both = both.dropna(subset=["oracle_error"])
+        ratio = float(both.error.mean() / both.oracle_error.mean()) if len(both) else None
         table.append(
             {
                 "method": method,

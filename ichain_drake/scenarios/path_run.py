@@ -285,7 +285,7 @@ def _run_paths(
         scenario.target,
         scenario.target_variables,
         scenario.config.learning.candidates(),
-        scenario.robot_seconds() if demos is None else recorded_seconds(run.pieces, scenario.graph),
+        recorded_seconds(run.pieces, scenario.graph),
         say,
         known,
         known_command,
@@ -311,7 +311,7 @@ def _run_paths(
 
 
 def recorded_seconds(pieces: Sequence[Demonstration], graph: InteractionGraph) -> dict[str, float]:
-    """Robot time in demonstrations that came from a folder, per interaction name [s].
+    """Simulated robot time that went into demonstrations, per interaction name [s].
 
     A piece in which the robot was recorded took its time; one without it (somebody else moved the parent) did not.
     """

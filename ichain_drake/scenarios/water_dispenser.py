@@ -6,7 +6,7 @@ Given: the places of things (`DispenserLayout`), the camera's frame, the spread 
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -28,17 +28,16 @@ from ichain_drake.objects import (
     Tank,
     TankSettings,
 )
-from ichain_drake.objects.button import ButtonDrawing
-from ichain_drake.objects.cup import CupDrawing
-from ichain_drake.objects.tank import TankDrawing
+from ichain_drake.objects.dispenser_drawings import ButtonDrawing, CupDrawing, TankDrawing
 from ichain_drake.robot import BodySpec, RobotSpec, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import Progress, Scenario
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.episode import Prepare
 from ichain_drake.scenarios.recorder import record
-from ichain_drake.scenarios.water_dispenser_demonstrations import Commands, script_pieces
+from ichain_drake.scenarios.water_dispenser_demonstrations import script_pieces
 from ichain_drake.scenarios.water_dispenser_layout import LAYOUT, DispenserStart
+from ichain_drake.scenarios.water_dispenser_teleoperation import Commands
 from ichain_drake.visualization import HandDrawing
 from ichain_drake.world.world import World
 
@@ -110,6 +109,10 @@ class WaterDispenser(Scenario):
     def make_graph(self) -> InteractionGraph:
         """The seven interactions of paper fig. 6; cup and tank act on each other."""
         _check(self.config)
+        if self.physics == "contact" and self.config.fault.kind in ("slip", "knock"):
+            raise InputError(
+                f"fault.kind {self.config.fault.kind}: in contact the plant alone moves the cup; choose ideal or arm"
+            )
         objects = {
             HAND: self.config.robot.hand.space,
             CUP: Cup.space([TANK]),
@@ -150,8 +153,8 @@ class WaterDispenser(Scenario):
         spec = self.config.robot
         return DispenserStart(
             (float(place[0]), float(place[1])),
-            float(rng.uniform(*config.water)),
-            float(rng.uniform(*config.temperature)),
+            float(rng.uniform(config.water[0], config.water[1])),
+            float(rng.uniform(config.temperature[0], config.temperature[1])),
             hand=tuple(spec.hand.reduce(spec.home_hand()).tolist()),
         )
 
@@ -226,15 +229,26 @@ class WaterDispenser(Scenario):
 
     def _mishaps(self, fault: str, rng: np.random.Generator) -> tuple[CupFaults, tuple[tuple[float, float], ...]]:
         mishap = self.config.mishap
-        time, turn = float(rng.uniform(*mishap.time)), float(rng.uniform(-math.pi, math.pi))
+        time = float(rng.uniform(mishap.time[0], mishap.time[1]))
+        turn = float(rng.uniform(-math.pi, math.pi))
         if fault == "slip":
             return CupFaults(slips=(time,)), ()
         if fault == "knock":
             return CupFaults(knocks=((time, mishap.knock * math.cos(turn), mishap.knock * math.sin(turn)),)), ()
         return CupFaults(), ((time, time + mishap.dropout),) if fault == "dropout" else ()
 
-    def record_demonstrations(self, progress: Progress | None = None) -> Iterator[Demonstration]:
-        """Short, unordered pieces that a script, standing in for a person, tele-operates (paper sec. VI)."""
+    def record_demonstrations(
+        self, progress: Progress | None = None, known: Collection[str] = ()
+    ) -> Iterator[Demonstration]:
+        """Short, unordered pieces that a script, standing in for a person, tele-operates (paper sec. VI).
+
+        Args:
+            progress: called with a line before each piece.
+            known: names of interactions that need no demonstration. A piece shows several, so that all are recorded
+                unless every interaction is known.
+        """
+        if {e.name for e in self.graph.interactions} <= set(known):
+            return
         rng = np.random.default_rng([self.seed, _SCRIPTS])
         for number, piece in enumerate(script_pieces(rng, bodies=self.physics == "contact")):
             ticks = len(piece.commands)

@@ -27,7 +27,7 @@ def test_a_run_writes_report_playback_picture_and_demonstrations(ran, strict_jso
     assert set(report["versions"]) >= {"python", "drake", "numpy", "scikit-learn", "ichain_drake"}
     assert report["given"]["path"]["speed"] == 45.0
     assert set(report["models"]) == {"hand->joystick", "joystick->car"}
-    for name, seconds in (("hand->joystick", 40.0), ("joystick->car", 0.0)):
+    for name, seconds in (("hand->joystick", 121 / 3), ("joystick->car", 0.0)):
         model = report["models"][name]
         assert model["samples"] == 120
         assert model["robot_seconds"] == pytest.approx(seconds)

@@ -1,6 +1,7 @@
 """Bad input to `ichain run`: status 2 and one line that names what is wrong, before any long work."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -67,7 +68,7 @@ def test_a_path_that_turns_more_tightly_than_the_demonstrations(ichain, csv, tmp
         "-o", tmp_path / "out",
     )  # fmt: skip
     assert done.status == 2
-    found = __import__("re").search(
+    found = re.search(
         r"path corner: at \((\d+), (\d+)\) it turns with a radius of ([\d.]+) px; .* (\d+) px/s is ([\d.]+) px", done.line
     )
     assert found, done.line
@@ -134,15 +135,18 @@ def test_a_bad_setting_is_refused_before_anything_is_recorded(setting, refused, 
 
 
 @pytest.mark.parametrize(
-    ("samples", "estimator", "words"),
+    ("settings", "words"),
     [
-        (9, "", ["9 transitions are too few", "record at least 10"]),
-        (12, "", ["is longer than", "record a longer piece"]),
-        (40, "polynomial(degree=7)", ["hand->joystick", "degree 7", "record more demonstrations or lower the degree"]),
+        (["learning.samples=9"], ["hand->joystick", "9 transitions are too few", "record at least 10"]),
+        (["learning.samples=12"], ["record a longer piece"]),
+        (
+            ["learning.samples=40", "learning.estimator=polynomial(degree=7)"],
+            ["joystick->car", "n_samples = 40 for degree 7", "record more demonstrations or lower the degree"],
+        ),
     ],
 )
-def test_too_few_samples_for_every_candidate(samples, estimator, words, refused):
-    line = refused("--paths", "eight", "--set", f"learning.samples={samples}", "--set", f"learning.estimator={estimator}")
+def test_too_few_samples_for_every_candidate(settings, words, refused):
+    line = refused("--paths", "eight", *(word for s in settings for word in ("--set", s)))
     assert all(word in line for word in words), line
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ichain_drake.control.graph.model import GraphModel, keeps, span
+from ichain_drake.control.graph.model import GraphModel, conserved, keeps, span
 from ichain_drake.control.graph.plan import Condition, Goal, NoPlan, States
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
@@ -185,6 +185,24 @@ def impossible(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
             return NoPlan(
                 c, near, acting[0], f"{words(c, model.graph)}: {name} goes from {low:.4g} to {high:.4g} and {why}"
             )
+    return _too_much(goal, model, start)
+
+
+def _too_much(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
+    """Refuse a goal that needs more of a conserved amount than there is."""
+    for group in conserved(model):
+        names = [(o, model.graph.objects[o].observable.names[i]) for o, i in group]
+        wanted = [c for c in goal.conditions if (c.object, c.variable) in names and c.lower > 0]
+        there = sum(max(float(start[o][i]), 0.0) for o, i in group)
+        slack = _EQUAL_NOISE * float(np.sqrt(sum(float(model.noise[o][i]) ** 2 for o, i in group)))
+        unmet = [c for c in wanted if gap(c, value_of(c, start, model.graph)) > 0]
+        if unmet and sum(c.lower for c in wanted) > there + slack:
+            c = unmet[0]
+            rest = there - sum(other.lower for other in wanted if other is not c)
+            index = model.graph.objects[c.object].observable.index(c.variable)
+            acting = [e for e in model.graph.incoming(c.object) if any(f.variable == index for f in model.edges[e].effects)]
+            what = " and ".join(words(x, model.graph) for x in wanted)
+            return NoPlan(c, max(rest, 0.0), acting[0], f"{what}: there is only {there:.4g} in all of {', '.join(o for o, _ in names)}")
     return None
 
 

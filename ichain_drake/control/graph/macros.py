@@ -21,10 +21,14 @@ IntArray = NDArray[np.intp]
 _AT_REST = 0.25  # share of its response to motion that a followed variable may change by while the robot is still
 _RESPONSE = 0.5  # of the robot's largest step
 _PROBE_TICKS = 6
-_LEAST_RATE = 0.02  # of the demonstrated range, over the probe
-_NOISES = 3.0
-_NEARLY_BEST = 0.7  # of the fastest sample's rate: among those the surest one is taken
-_QUIET = 0.25  # of the fastest sample's rate
+_LONG_TICKS = 36
+_RECHECK = 12  # ticks after which interactions are classified anew
+_LEAST_RATE = 0.2  # of the least change, in the short probe
+_LEAST_CHANGE = 0.08  # of the demonstrated range, in the long probe
+_BIAS = 0.25  # of the change in the other direction: less may be a bias of the model
+_NOISES = 5.0
+_NEARLY_BEST = 0.9  # of the best sample's change: among those the surest one is taken
+_QUIET = 0.05  # of the best sample's change
 _MOST_SAMPLES = 60  # per chain
 
 
@@ -51,7 +55,7 @@ class Drive:
         chain: from the robot to the object.
         variable: index of the driven variable.
         direction: +1 or -1.
-        rate: fastest change in a tick that the samples predict, in the variable's unit.
+        rate: fastest change in a tick that is predicted for a sample, in the variable's unit.
         carry: how the first object is carried, where it follows the robot; else None.
         hold: sample of all states while the variable is driven.
         before: sample of all states with the chain active, but the variable quiet; equals `hold` where none is needed.
@@ -122,14 +126,20 @@ def find_drives(model: GraphModel, carries: tuple[Carry, ...]) -> tuple[Drive, .
         return ()
     batch = {n: np.concatenate([s[n] for s in samples]) for n in model.graph.objects}
     margins = {e: model.decide(e, batch) for e in model.graph.interactions}
-    change = _probe(model, batch)
+    change = _probe(model, batch, _PROBE_TICKS)
     out: list[Drive] = []
     for number, chain in enumerate(every):
         rows = np.flatnonzero(np.array(owner) == number)
         if len(rows):
             sure = np.min([margins[e][rows] for e in chain], axis=0)
             out += _drives_of(model, chain, by_edge.get(chain[0]), take(batch, rows), take(change, rows), sure)
-    return tuple(out)
+    return tuple(d for d in out if not _subsumed(model, d, out))
+
+
+def _subsumed(model: GraphModel, drive: Drive, every: list[Drive]) -> bool:
+    """Whether a carried object drives more than the chain says, and a longer chain says so."""
+    longer = [d.chain[len(drive.chain)] for d in every if len(d.chain) > len(drive.chain) and d.chain[: len(drive.chain)] == drive.chain]
+    return drive.carry is not None and any(float(model.decide(e, drive.hold)) >= 0 for e in longer)
 
 
 def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
@@ -145,12 +155,12 @@ def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
     return take(batch, rows)
 
 
-def _probe(model: GraphModel, batch: Batch) -> Batch:
-    """Change of every object over a few ticks with the robot held still, shape (n, n_variables) each."""
+def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
+    """Change of every object over some ticks with the robot held still, shape (n, n_variables) each."""
     now = {n: v.copy() for n, v in batch.items()}
     status = None
-    for tick in range(_PROBE_TICKS):
-        now, status = model.step(now, batch[model.graph.root], status if tick > 1 else None)
+    for tick in range(ticks):
+        now, status = model.step(now, batch[model.graph.root], status if tick % _RECHECK > 1 else None)
     return {n: model.graph.objects[n].observable.difference(now[n], batch[n]) for n in batch}
 
 
@@ -159,33 +169,54 @@ def _drives_of(
 ) -> list[Drive]:
     target = chain[-1].child
     follow = carry.follow if carry is not None and len(chain) == 1 else ()
-    least = np.maximum(_LEAST_RATE * span(model, target), _NOISES * model.noise[target])
+    least = np.maximum(_LEAST_CHANGE * span(model, target), _NOISES * model.noise[target])
     usable = keeps(model, target) & ~is_change(model, target)
     out = []
     for v in np.flatnonzero(usable):
         if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
             continue
+        largest = float(np.abs(change[target][:, v]).max())
         for direction in (1, -1):
             speed = direction * change[target][:, v]
-            best = float(speed.max())
+            fastest = int(np.argmax(speed))
+            if speed[fastest] < max(_LEAST_RATE * least[v], _BIAS * largest):
+                continue
+            # How far each way of holding the chain gets, all from the same contents: those of the fastest sample.
+            poses = _in_context(model, chain[0].child, carry, batch, fastest)
+            total = direction * _probe(model, poses, _LONG_TICKS)[target][:, v]
+            best = float(total.max())
             if best < least[v]:
                 continue
-            nearly = np.flatnonzero(speed >= _NEARLY_BEST * best)
+            nearly = np.flatnonzero(total >= _NEARLY_BEST * best)
             hold = int(nearly[np.argmax(sure[nearly])])
-            before = hold if carry is None else _quiet_row(model, carry, batch, np.abs(speed) < _QUIET * best, hold)
-            out.append(
-                Drive(chain, int(v), direction, best / _PROBE_TICKS, carry, row(batch, hold), row(batch, before))
-            )
+            before = hold if carry is None else _quiet_row(model, carry, poses, np.abs(total) < _QUIET * best, hold)
+            rate = float(speed[fastest]) / _PROBE_TICKS
+            out.append(Drive(chain, int(v), direction, rate, carry, row(poses, hold), row(poses, before)))
+    return out
+
+
+def _in_context(model: GraphModel, first: str, carry: Carry | None, batch: Batch, context: int) -> Batch:
+    """The robot and the pose of the chain's first object of each sample, everything else of one of them."""
+    out = {n: np.repeat(v[context][None], len(v), axis=0) for n, v in batch.items()}
+    out[model.graph.root] = batch[model.graph.root].copy()
+    part = slice(None) if carry is None else carry.follow
+    out[first][:, part] = batch[first][:, part]
     return out
 
 
 def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, hold: int) -> int:
-    """The quiet sample whose robot and carried object are nearest to those of another sample; that one if there is none."""
+    """The quiet sample from which a drive begins; the driving one itself if there is none.
+
+    Near the driving sample, and in each variable near a value at which the object was let go: a fuller object than
+    that of the samples must stay quiet too.
+    """
     rows = np.flatnonzero(quiet)
     if not len(rows):
         return hold
-    distance = np.zeros(len(rows))
-    for obj, part in ((model.graph.root, slice(None)), (carry.edge.child, carry.follow)):
-        away = model.graph.objects[obj].observable.difference(batch[obj][rows], batch[obj][hold])
-        distance += ((away / span(model, obj))[:, part] ** 2).sum(axis=1)
-    return int(rows[np.argmin(distance)])
+    root, obj = model.graph.root, carry.edge.child
+    width = span(model, obj)[carry.follow]
+    pose = batch[obj][:, carry.follow]
+    away = np.abs(pose[rows, None, :] - carry.places[None]).min(axis=1) / width
+    distance = 2.0 * away.sum(axis=1) + (np.abs(pose[rows] - pose[hold]) / width).sum(axis=1)
+    turned = model.graph.objects[root].observable.difference(batch[root][rows], batch[root][hold])
+    return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])

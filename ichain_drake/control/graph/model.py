@@ -129,6 +129,16 @@ def is_change(model: GraphModel, obj: str) -> BoolArray:
     return np.array([v.kind == "change" for v in model.passive[obj].variables], dtype=bool)
 
 
+def conserved(model: GraphModel) -> tuple[tuple[tuple[str, int], ...], ...]:
+    """Variables whose role is a conserved amount, as (object, index), grouped by unit."""
+    found: dict[str, list[tuple[str, int]]] = {}
+    for name in model.passive:
+        space = model.graph.objects[name].observable
+        for i in space.role_indices("amount"):
+            found.setdefault(space.variables[i].unit, []).append((name, int(i)))
+    return tuple(tuple(group) for group in found.values())
+
+
 def span(model: GraphModel, obj: str) -> FloatArray:
     """Width of the demonstrated range, shape (n_variables,), in the variables' units; above 0."""
     return np.maximum(model.high[obj] - model.low[obj], 1e-9)

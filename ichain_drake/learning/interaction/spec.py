@@ -3,12 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+from ichain_drake.errors import InputError
+from ichain_drake.learning.interaction.box import BoxClassifier
 from ichain_drake.learning.link import EstimatorSpec
 
 
 def _specs(*texts: str) -> tuple[EstimatorSpec, ...]:
     return tuple(EstimatorSpec.parse(text) for text in texts)
+
+
+def make_classifier(spec: EstimatorSpec) -> Any:
+    """A new classifier by name: `box`, or one that `make_estimator` knows.
+
+    Raises:
+        InputError: on an unknown name or parameter.
+    """
+    if spec.name != "box":
+        return spec.make()
+    unknown = set(spec.parameters) - {"reach"}
+    if unknown:
+        raise InputError(f"estimator box has no parameter {sorted(unknown)[0]!r}; it has reach")
+    return BoxClassifier(**spec.parameters)
 
 
 @dataclass(frozen=True)
@@ -17,7 +34,8 @@ class InteractionSpec:
 
     Attributes:
         effect_estimators: regressors, simpler ones first: a later one must be clearly better to be taken.
-        status_estimators: classifiers with a decision function that can be frozen (see `learning.frozen.FREEZABLE`).
+        status_estimators: classifiers with a decision function that can be frozen (see `learning.frozen.FREEZABLE`);
+            beside those of the library `box` (see `BoxClassifier`).
         window: effects are judged over this many successive ticks [ticks]: slow ones drown in one tick's noise.
     """
 
@@ -25,6 +43,7 @@ class InteractionSpec:
         "polynomial(degree=1, clip=None)", "polynomial(degree=2, clip=None)", "kernel_ridge(alpha=0.03, gamma=0.3)"
     )
     status_estimators: tuple[EstimatorSpec, ...] = _specs(
+        "box(reach=0.15)",
         "SVC(C=30.0, gamma=1.0, class_weight='balanced')",
         "SVC(C=300.0, gamma=0.3, class_weight='balanced')",
         "SVC(C=300.0, gamma=1.0, class_weight='balanced')",

@@ -19,7 +19,7 @@ from ichain_drake.learning.interaction.alignment import Alignment
 from ichain_drake.learning.interaction.blocks import interleaved_blocks
 from ichain_drake.learning.interaction.data import BoolArray, GraphData
 from ichain_drake.learning.interaction.scores import event_f1, f1
-from ichain_drake.learning.interaction.spec import InteractionSpec
+from ichain_drake.learning.interaction.spec import InteractionSpec, make_classifier
 from ichain_drake.learning.interaction.status_choice import choose_inputs, input_scales
 from ichain_drake.learning.interaction.status_inputs import States, StatusInput, candidate_inputs
 from ichain_drake.learning.link import EstimatorSpec
@@ -138,7 +138,7 @@ def _noise_of(item: StatusInput, noise: Mapping[str, FloatArray]) -> FloatArray:
 
 def _fit(estimator: EstimatorSpec, x: FloatArray, y: BoolArray, edge: Interaction) -> FrozenModel:
     try:
-        model = freeze(estimator.make().fit(x, y))
+        model = freeze(make_classifier(estimator).fit(x, y))
     except (ValueError, TypeError) as error:  # InputError is one
         raise InputError(f"{edge.name}, status: {estimator}: {' '.join(str(error).split())[:300]}") from None
     if model.n_out != 1:

@@ -1,0 +1,67 @@
+"""Which predicted states a search looks at first: unmet conditions, and how new a state is (width-based search).
+
+Counting unmet conditions alone fails where progress has to be undone first. States that show a value, or a pair of
+values, that no state with the same unmet conditions has shown before are therefore preferred (best-first width search,
+Lipovetzky & Geffner, AAAI 2017). Values are binned over the demonstrated ranges, so that no symbol has to be given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from ichain_drake.control.graph.goals import gap, value_of
+from ichain_drake.control.graph.model import GraphModel, keeps, span
+from ichain_drake.control.graph.plan import Condition, States
+
+_BINS = 8.0  # over the demonstrated range
+_KEY_BINS = 20.0
+
+
+class Novelty:
+    """How new states are.
+
+    Args:
+        model: names ranges and variables that keep their values.
+    """
+
+    def __init__(self, model: GraphModel) -> None:
+        self._model = model
+        self._objects = tuple(n for n in model.graph.objects if n != model.graph.root)
+        self._kept = {n: np.flatnonzero(keeps(model, n)) for n in self._objects}
+        self._seen: dict[tuple[int, ...], set[tuple[tuple[int, int], ...]]] = {}
+
+    def bins(self, states: States, count: float) -> tuple[int, ...]:
+        """Bin of every variable that keeps its value."""
+        out: list[int] = []
+        for n in self._objects:
+            part = self._kept[n]
+            share = (states[n][part] - self._model.low[n][part]) / span(self._model, n)[part]
+            out += np.round(share * count).astype(int).tolist()
+        return tuple(out)
+
+    def key(self, states: States) -> tuple[int, ...]:
+        """States with equal keys are taken as the same."""
+        return self.bins(states, _KEY_BINS)
+
+    def rank(self, states: States, unmet: Sequence[int]) -> int:
+        """1 for a new value, 2 for a new pair of values, 3 for neither; remembers the state.
+
+        Args:
+            states: shape (n_variables,) each.
+            unmet: what states are compared within.
+        """
+        seen = self._seen.setdefault(tuple(unmet), set())
+        atoms = tuple(enumerate(self.bins(states, _BINS)))
+        singles = {(a,) for a in atoms}
+        pairs = set(combinations(atoms, 2))
+        rank = 1 if singles - seen else 2 if pairs - seen else 3
+        seen |= singles | pairs
+        return rank
+
+
+def unmet_conditions(conditions: Sequence[Condition], states: States, model: GraphModel) -> tuple[int, ...]:
+    """Indices of the conditions that do not hold."""
+    return tuple(k for k, c in enumerate(conditions) if gap(c, value_of(c, states, model.graph)) > 0)

@@ -1,0 +1,61 @@
+"""What a scenario gives about a cup: its geometry, what it meets, and what goes wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.objects.region import Region
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A level surface that a cup can stand on: a rectangle of the robot's frame.
+
+    Attributes:
+        x, y: from, to [m].
+        height: [m].
+    """
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    height: float
+
+
+@dataclass(frozen=True)
+class CupFaults:
+    """Mishaps that an evaluation asks for.
+
+    Attributes:
+        slips: times [s]; a grasp is lost at each, or as soon after as the cup is held in the air. The hand must open
+            and close anew.
+        knocks: (time [s], dx, dy [m, robot frame]); the cup is displaced then, or as soon after as it stands.
+    """
+
+    slips: tuple[float, ...] = ()
+    knocks: tuple[tuple[float, float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class CupSettings:
+    """What a scenario gives about a cup.
+
+    Attributes:
+        height, radius: [m].
+        grasp: where the hand must be, relative to the middle of the cup's rim, when it closes around the cup.
+        outlets: by name of a parent that dispenses: where the rim's middle must be to catch the water, robot frame.
+        surfaces: what it can stand on beside the table at height 0.
+        camera: frame in which its pose is seen.
+        faults: see `CupFaults`.
+    """
+
+    height: float = 0.10
+    radius: float = 0.03
+    grasp: Region = field(default_factory=lambda: Region((0.0, 0.0, -0.04), (0.015, 0.015, 0.025)))
+    outlets: Mapping[str, Region] = field(
+        default_factory=lambda: {"tank": Region((0.68, 0.06, 0.11), (0.02, 0.02, 0.015))}
+    )
+    surfaces: tuple[Surface, ...] = ()
+    camera: CameraFrame = field(default_factory=CameraFrame)
+    faults: CupFaults = field(default_factory=CupFaults)

@@ -1,0 +1,85 @@
+"""Ctrl-C: status 130, one line, and what was done up to then is on disk. In processes of their own."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+STATUS = 130
+
+
+def interrupt(arguments: list[str], at: str, after: float) -> tuple[int, str, str]:
+    """Run `ichain` and send SIGINT some time after it has said something; gives status, stdout and stderr."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ichain_drake", *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"},
+        # A shell's background jobs, and some test runners, ignore SIGINT; a child would inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    assert process.stderr is not None
+    said = ""
+    for line in process.stderr:
+        said += line
+        if at in line:
+            time.sleep(after)
+            process.send_signal(signal.SIGINT)
+            break
+    out, err = process.communicate(timeout=60)
+    return process.returncode, out, said + err
+
+
+def errors(stderr: str) -> list[str]:
+    return [line for line in stderr.splitlines() if not line.startswith("[")]
+
+
+@pytest.mark.parametrize("physics", ["ideal", "contact"])
+def test_while_recording(physics, tmp_path: Path):
+    arguments = ["run", "car_game", "--physics", physics, "--set", "learning.samples=3000", "-o", str(tmp_path)]
+    status, _, err = interrupt(arguments, "playing with the joystick", 1.5)
+    assert status == STATUS, err
+    assert errors(err) == ["ichain: interrupted; what was done so far is kept"]
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert (report["reason"], report["goal_reached"]) == ("interrupted", False)
+    play = pd.read_parquet(tmp_path / "demonstrations" / "play.parquet")
+    assert 2 < len(play) < 3000
+    assert play.notna().all().all()
+
+
+def test_while_following(tmp_path: Path, small):
+    """Three paths to go; the first has just begun."""
+    status, _, err = interrupt(["run", "car_game", *small, "-o", str(tmp_path)], "following eight", 0.3)
+    assert status == STATUS, err
+    assert errors(err) == ["ichain: interrupted; what was done so far is kept"]
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert (report["reason"], report["goal_reached"]) == ("interrupted", False)
+    assert report["control_steps"] > 0
+    assert "eight" in report["metrics"]["paths"]
+    assert (tmp_path / "playback.html").stat().st_size > 10**5
+    assert (tmp_path / "paths.png").exists()
+    assert len(list((tmp_path / "demonstrations").iterdir())) == 2
+
+
+def test_teach_keeps_what_was_recorded(tmp_path: Path):
+    arguments = ["teach", "car_game", "--physics", "ideal", "--set", "learning.samples=5000", "-o", str(tmp_path)]
+    status, _, err = interrupt(arguments, "playing", 1.0)
+    assert status == STATUS
+    assert errors(err) == ["ichain: interrupted"]
+    assert [f.name for f in tmp_path.iterdir()] == ["play.parquet"]
+
+
+def test_evaluate_keeps_the_seeds_that_were_finished(tmp_path: Path):
+    report = tmp_path / "report.json"
+    arguments = ["evaluate", "car_game", "--methods", "first_link", "--trials", "50", "--report", str(report)]
+    status, out, err = interrupt(arguments, "1 of 50", 0.2)
+    assert status == STATUS, err
+    assert errors(err) == ["ichain: interrupted"]
+    found = json.loads(report.read_text())
+    assert found["reason"] == "interrupted"
+    assert {row["seed"] for row in found["rows"]} == {0}
+    assert "link:hand->joystick rest" in out
