@@ -109,16 +109,17 @@ def _format_paths(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> st
     for (method, samples), by_case in lines.items():
         cells, ratios = [], []
         for case in cases:
-            line = by_case.get(case)
-            if line is None or line["mean_error"] is None:
+            found = by_case.get(case)
+            if found is None or found["mean_error"] is None:
                 cells.append("-")
             else:
-                cells.append(f"{line['mean_error']:.3f} +- {line['std_error']:.3f}")
-                ratios.append("-" if line["ratio_to_oracle"] is None else f"{line['ratio_to_oracle']:.2f}")
+                cells.append(f"{found['mean_error']:.3f} +- {found['std_error']:.3f}")
+                ratios.append("-" if found["ratio_to_oracle"] is None else f"{found['ratio_to_oracle']:.2f}")
         done = sum(v["completed"] for v in by_case.values())
         runs = sum(v["runs"] for v in by_case.values())
         view.add_row(method, str(samples) if samples else "", *cells, " / ".join(ratios), f"{done}/{runs}")
-    return _text(view, f"mean error over completed runs +- spread over seeds; {scenario.name}, {scenario.physics} physics")
+    where = f"{scenario.name}, {scenario.physics} physics"
+    return _text(view, f"mean error over completed runs +- spread over seeds; {where}")
 
 
 def _write_curves(rows: Sequence[dict[str, Any]], scenario: PathScenario, folder: Path) -> None:

@@ -16,8 +16,21 @@ from ichain_drake.cli.console import Reporter
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import write_drawing
 from ichain_drake.scenarios import PathScenario, Scenario
-from ichain_drake.scenarios.path_output import prepare_file, prepare_folder, write_pictures, write_recording, write_report
-from ichain_drake.scenarios.path_run import PathRun, check_settings, choose_paths, data_hash, recorded_seconds, run_paths
+from ichain_drake.scenarios.path_output import (
+    prepare_file,
+    prepare_folder,
+    write_pictures,
+    write_recording,
+    write_report,
+)
+from ichain_drake.scenarios.path_run import (
+    PathRun,
+    check_settings,
+    choose_paths,
+    data_hash,
+    recorded_seconds,
+    run_paths,
+)
 
 
 @dataclass(frozen=True)
@@ -163,7 +176,8 @@ def learn_library(scenario: PathScenario, demos: Path, library: Path) -> None:
             )
     save_chain(chain, library, scenario.name, data_hash(pieces))
     for link in chain.links:
-        print(f"{link.interaction.name}: {link.forward.samples} samples, score {link.forward.score:.4f}, {link.forward.spec}")
+        forward = link.forward
+        print(f"{link.interaction.name}: {forward.samples} samples, score {forward.score:.4f}, {forward.spec}")
 
 
 def relearn_and_compare(

@@ -114,7 +114,7 @@ class CarGame(PathScenario):
         _check_numbers(self.config)
 
     def make_graph(self) -> InteractionGraph:
-        """hand -> joystick -> car."""
+        """A chain: hand -> joystick -> car."""
         objects = {HAND: self.config.robot.hand.space, JOYSTICK: Joystick.state_space, CAR: Car.state_space}
         return InteractionGraph(objects, [(HAND, JOYSTICK), (JOYSTICK, CAR)])
 
@@ -203,7 +203,7 @@ class CarGame(PathScenario):
         return world, prepare
 
     def hand_for_tilt(self, tilt: FloatArray) -> FloatArray:
-        """Hand state (exposed variables) over the knob at a tilt: start states of runs, and the scripted person's skill.
+        """Hand state (exposed variables) over the knob at a tilt: for start states, and the scripted person's skill.
 
         Args:
             tilt: [rad], shape (..., 2).
@@ -268,7 +268,8 @@ class CarGame(PathScenario):
             Wanted axes, shape (count, 2), for tilts within 25 deg that change by at most 15 deg from one to the next.
         """
         rng = np.random.default_rng([self.seed, 905])
-        tilt, tilts = np.zeros(2), []
+        tilt = np.zeros(2)
+        tilts: list[FloatArray] = []
         while len(tilts) < count:
             candidate = tilt + rng.uniform(-_WANTED_STEP, _WANTED_STEP, 2)
             if np.abs(candidate).max() <= FULL_TILT:

@@ -56,7 +56,7 @@ def _random_walk(reach: float, step: float, count: int, rng: np.random.Generator
 
 
 class Driver(LeafSystem):
-    """A scripted driver: heads for random places at random speeds with an unsteady hand, and corrects three times a second.
+    """A scripted driver: heads for random places at random speeds with an unsteady hand, correcting at every tick.
 
     Stands in for the paper's human demonstrator. Moves the stick as a hand in a tick does: there within four frames,
     then held.

@@ -91,8 +91,8 @@ class _Asker(LeafSystem):
 
 def first_link_graph(graph: InteractionGraph, target: str) -> InteractionGraph:
     """Robot and first child of a chain alone."""
-    names = graph.chain(target)[:2]
-    return InteractionGraph({n: graph.objects[n] for n in names}, [names])
+    robot, child = graph.chain(target)[:2]
+    return InteractionGraph({n: graph.objects[n] for n in (robot, child)}, [(robot, child)])
 
 
 def learn_first_link(

@@ -172,13 +172,13 @@ def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) ->
         found = measure_first_link(scenario, chain)
     except IchainError as error:
         return [_plain_row(FIRST_LINK, FULL, scenario, f"link:{edge.name} {c}", str(error)) for c in ("moving", "rest")]
-    for case, error, true_error in (
+    for case, off, true_off in (
         ("moving", found.moving, found.true_moving),
         ("rest", found.rest, found.true_rest),
     ):
         reason = "" if found.held else f"{edge.name} was not active throughout"
         row = _plain_row(FIRST_LINK, found.samples, scenario, f"link:{edge.name} {case}", reason)
-        rows.append(row | {"success": found.held, "error": error, "true_error": true_error})
+        rows.append(row | {"success": found.held, "error": off, "true_error": true_off})
     return rows
 
 
@@ -271,7 +271,7 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     frame = pd.DataFrame(rows)
     oracle = frame[frame.method == ORACLE].set_index(["case", "seed"])["error"]
     table = []
-    for (method, samples, case), group in frame.groupby(["method", "samples", "case"], sort=False):
+    for (method, _, case), group in frame.groupby(["method", "samples", "case"], sort=False):
         done = group[group.success]
         errors = done.error.astype(float)
         both = done.join(oracle.rename("oracle_error"), on=["case", "seed"])
@@ -280,7 +280,7 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         table.append(
             {
                 "method": method,
-                "samples": int(samples),
+                "samples": int(group.samples.iloc[0]),
                 "case": case,
                 "runs": len(group),
                 "completed": len(done),

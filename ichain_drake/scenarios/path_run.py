@@ -28,7 +28,7 @@ from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.scenarios.episode import EpisodeInterrupted, EpisodeLog, follow_path
 from ichain_drake.scenarios.oracle import OraclePolicy
-from ichain_drake.scenarios.recorder import RecordingInterrupted
+from ichain_drake.scenarios.recorder import RecordingInterrupted, whole_frames
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK, TICK
 
@@ -299,8 +299,9 @@ def _run_paths(
         try:
             result = follow(scenario, run.chain, run.controller, name, path, number)
         except EpisodeInterrupted as stopped:
-            if len(stopped.log.times) > 1:
-                run.results.append(_result(scenario, name, path, stopped.log, False, number))
+            log = whole_frames(stopped.log)
+            if len(log.times) > 1:
+                run.results.append(_result(scenario, name, path, log, False, number))
             raise
         run.results.append(result)
         if oracle:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -26,6 +26,26 @@ class RecordingInterrupted(KeyboardInterrupt):
     def __init__(self, piece: Demonstration) -> None:
         super().__init__("interrupted")
         self.piece = piece
+
+
+def whole_frames(log: EpisodeLog) -> EpisodeLog:
+    """A log without a last frame that only some of its ports have: Ctrl-C may fall between two of them."""
+    logged = [log.times, log.command, *log.states.values(), *log.measured.values(), *log.active.values()]
+    logged += [*log.extra.values(), *([] if log.plant_positions is None else [log.plant_positions])]
+    rows = min(len(values) for values in logged)
+
+    def cut(port: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        return {name: values[:rows] for name, values in port.items()}
+
+    return EpisodeLog(
+        log.times[:rows],
+        cut(log.states),
+        cut(log.measured),
+        cut(log.active),
+        log.command[:rows],
+        None if log.plant_positions is None else log.plant_positions[:rows],
+        cut(log.extra),
+    )
 
 
 def record(
@@ -56,7 +76,7 @@ def record(
     try:
         episode.run(ticks)
     except KeyboardInterrupt:
-        raise RecordingInterrupted(_tabulate(world.graph, episode.log(), objects, name)) from None
+        raise RecordingInterrupted(_tabulate(world.graph, whole_frames(episode.log()), objects, name)) from None
     return _tabulate(world.graph, episode.log(), objects, name)
 
 

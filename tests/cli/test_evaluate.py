@@ -67,7 +67,7 @@ def test_the_default_method_is_near_the_oracle_and_the_other_convention_is_not(e
     assert (evaluated / "learning_curve.png").exists()
 
 
-def test_rows_do_not_depend_on_the_number_of_processes(ichain, tmp_path):
+def test_the_first_link_has_the_same_rows_for_any_number_of_processes(ichain, tmp_path, strict_json):
     found = []
     for jobs in (1, 2):
         file = tmp_path / f"{jobs}.json"
@@ -75,20 +75,24 @@ def test_rows_do_not_depend_on_the_number_of_processes(ichain, tmp_path):
             "evaluate", "car_game", "--methods", "first_link", "--trials", 2, "--jobs", jobs, "--report", file
         )
         assert done.status == 0
-        found.append(json.loads(file.read_text()))
+        assert "rms error (1)" in done.out  # the axes' unit, not pixels
+        found.append(strict_json(file.read_text()))
     assert found[0]["rows"] == found[1]["rows"]
     assert found[0]["table"] == found[1]["table"]
-    assert [row["seed"] for row in found[0]["rows"]] == [0, 0, 1, 1]
-
-
-def test_the_first_link_has_rows_of_its_own_in_the_child_s_units(ichain, strict_json):
-    done = ichain("evaluate", "car_game", "--methods", "first_link", "--trials", 1, "--report", "-")
-    rows = strict_json(done.out)["rows"]
-    assert [row["case"] for row in rows] == ["link:hand->joystick moving", "link:hand->joystick rest"]
-    for row, floor in zip(rows, (0.03, 0.02), strict=True):
+    rows = found[0]["rows"]
+    assert [row["seed"] for row in rows] == [0, 0, 1, 1]
+    assert [row["case"] for row in rows] == ["link:hand->joystick moving", "link:hand->joystick rest"] * 2
+    for row, floor in zip(rows, (0.03, 0.02) * 2, strict=True):
         assert row["success"] is True
         assert row["true_error"] < row["error"] <= floor  # reads are noisy and rounded
         assert row["samples"] == 500
+
+
+def test_a_report_to_stdout_is_all_there_is_on_stdout(ichain, strict_json, monkeypatch):
+    monkeypatch.setitem(SCENARIOS, "short_game", ShortGame)
+    done = ichain("evaluate", "short_game", "--methods", "oracle", "--trials", 1, "--report", "-")
+    assert done.status == 0
+    assert [row["case"] for row in strict_json(done.out)["rows"]] == ["wave"]
 
 
 @pytest.mark.parametrize(

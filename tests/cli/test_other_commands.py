@@ -27,8 +27,8 @@ def test_version_and_help(ichain):
 
 def test_help_names_every_option_of_the_design(ichain):
     text = ichain("run", "--help").out
-    for option in ("--physics", "--seed", "--path ", "--paths", "--demos", "--library", "--record", "--report", "--set"):
-        assert option in text, option
+    for option in ["--physics", "--seed", "--path", "--paths", "--demos", "--library", "--record", "--report", "--set"]:
+        assert f"{option} " in text, option
 
 
 def test_no_command_shows_the_help_with_status_2(ichain):

@@ -69,7 +69,8 @@ def test_a_path_that_turns_more_tightly_than_the_demonstrations(ichain, csv, tmp
     )  # fmt: skip
     assert done.status == 2
     found = re.search(
-        r"path corner: at \((\d+), (\d+)\) it turns with a radius of ([\d.]+) px; .* (\d+) px/s is ([\d.]+) px", done.line
+        r"path corner: at \((\d+), (\d+)\) it turns with a radius of ([\d.]+) px; .* (\d+) px/s is ([\d.]+) px",
+        done.line,
     )
     assert found, done.line
     x, y, radius, speed, limit = map(float, found.groups())

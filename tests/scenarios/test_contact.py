@@ -80,15 +80,16 @@ def test_the_playback_shows_arm_and_joystick(by_contact, folder):
 
 
 def test_nothing_joins_gripper_and_joystick():
-    """The finger mimic is the plant's only constraint; no weld, no force element but gravity and the stick's springs."""
+    """One constraint, there without the stick as well: the finger mimic. No weld; no force but gravity and springs."""
     scenario = load_scenario("car_game", (), "contact", 0)
     assert isinstance(scenario, CarGame)
-    world, _ = scenario.build_world(np.array([400.0, 300.0, 0.0, 0.0, 0.0, 0.0]), [0.0, 0.4], 0)
+    start = (np.array([400.0, 300.0, 0.0, 0.0, 0.0, 0.0]), [0.0, 0.4], 0)
+    world, _ = scenario.build_world(*start)
     robot = world.robot
     assert isinstance(robot, ArmRobot)
     plant = robot.plant
-    assert plant.num_constraints() == 1
-    assert plant.num_coupler_constraints() == 1
+    arm_alone = load_scenario("car_game", (), "arm", 0).build_world(*start)[0].robot.plant
+    assert plant.num_constraints() == arm_alone.num_constraints() == 1
     assert plant.num_force_elements() == 3
     stick = plant.GetModelInstanceByName("joystick")
     for index in plant.GetJointIndices():
@@ -150,7 +151,8 @@ def open_the_gripper(moves: list[tuple[float, float]], held: tuple[float, float]
 
 def test_opening_the_gripper_frees_stick_and_car():
     still = open_the_gripper([(0.0, 0.0)] * 6, (-10.0, 15.0))
-    busy = open_the_gripper([(0.0, 0.0), (0.06, 0.05), (-0.06, 0.0), (0.0, -0.05), (0.06, 0.0), (0.0, 0.0)], (-10.0, 15.0))
+    about = [(0.0, 0.0), (0.06, 0.05), (-0.06, 0.0), (0.0, -0.05), (0.06, 0.0), (0.0, 0.0)]
+    busy = open_the_gripper(about, (-10.0, 15.0))
     other = open_the_gripper([(0.0, 0.0)] * 6, (15.0, 10.0))
     opening, after = OPENED * FRAMES_PER_TICK, (OPENED + 1) * FRAMES_PER_TICK
 

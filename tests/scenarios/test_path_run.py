@@ -55,7 +55,8 @@ def test_paths_that_nobody_has_seen_are_followed(learned, tmp_path):
         assert smallest_radius(points) > 34.0
         pd.DataFrame(points, columns=["x [px]", "y [px]"]).to_csv(tmp_path / f"{name}.csv", index=False)
     scenario = load_scenario("car_game", (), "ideal", 0)
-    paths = choose_paths(scenario, file=tmp_path / "lobes.csv") | choose_paths(scenario, file=tmp_path / "rectangle.csv")
+    files = [tmp_path / f"{name}.csv" for name in ("lobes", "rectangle")]
+    paths = choose_paths(scenario, file=files[0]) | choose_paths(scenario, file=files[1])
     run = PathRun(scenario, paths)
     run_paths(run, demos=learned, oracle=False)
     assert run.goal_reached, run.reason

@@ -26,13 +26,15 @@ def format_plan(plan: Plan | NoPlan, graph: InteractionGraph, start: States | No
         return f"no plan{where}: {plan.reason}"
     if not plan.steps:
         return "nothing to do: the goal is met"
+    count = f"{len(plan.steps)} step{'s' if len(plan.steps) > 1 else ''}"
     lines = [
-        f"{len(plan.steps)} step{'s' if len(plan.steps) > 1 else ''}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s); "
-        f"{plan.expansions} states expanded, {plan.rollouts} macro-actions simulated"
+        f"{count}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s); {plan.expansions} states expanded, "
+        f"{plan.rollouts} macro-actions simulated"
     ]
     passed, known = 0, start
     for number, step in enumerate(plan.steps, 1):
-        lines.append(f"{number}. {' '.join(e.name if k == 0 else '->' + e.child for k, e in enumerate(step.chain))}: {_doing(step, graph)}")
+        chain = " ".join(e.name if k == 0 else f"->{e.child}" for k, e in enumerate(step.chain))
+        lines.append(f"{number}. {chain}: {_doing(step, graph)}")
         passed += step.ticks
         lines.append(f"   {step.ticks} ticks, until {passed * TICK:.0f} s{_changes(known, step.predicted, graph)}")
         known = step.predicted
@@ -79,5 +81,7 @@ def _changes(before: States | None, after: States, graph: InteractionGraph) -> s
         delta = np.abs(space.difference(after[name], before[name]))
         for i in np.flatnonzero(delta > _CHANGED * np.maximum(1.0, np.abs(before[name]))):
             v = space.variables[i]
-            parts.append(f"{name}.{v.name} {before[name][i]:.3g} -> {after[name][i]:.3g}{'' if v.unit == '1' else ' ' + v.unit}")
+            parts.append(
+                f"{name}.{v.name} {before[name][i]:.3g} -> {after[name][i]:.3g}{'' if v.unit == '1' else ' ' + v.unit}"
+            )
     return ": " + ", ".join(parts) if parts else ""

@@ -175,7 +175,10 @@ def impossible(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
         if not acting:
             edges = ", ".join(e.name for e in incoming)
             return NoPlan(
-                c, now, None, f"{words(c, model.graph)}: no interaction was seen to change {name} (those that act: {edges})"
+                c,
+                now,
+                None,
+                f"{words(c, model.graph)}: no interaction was seen to change {name} (those that act: {edges})",
             )
         low, high = _limits(model, c.object, i)
         if c.lower > high or c.upper < low:
@@ -200,9 +203,17 @@ def _too_much(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
             c = unmet[0]
             rest = there - sum(other.lower for other in wanted if other is not c)
             index = model.graph.objects[c.object].observable.index(c.variable)
-            acting = [e for e in model.graph.incoming(c.object) if any(f.variable == index for f in model.edges[e].effects)]
+            acting = [
+                e for e in model.graph.incoming(c.object) if any(f.variable == index for f in model.edges[e].effects)
+            ]
+            givers = [e for e in acting if any(e.parent == o for o, _ in group)] or acting
             what = " and ".join(words(x, model.graph) for x in wanted)
-            return NoPlan(c, max(rest, 0.0), acting[0], f"{what}: there is only {there:.4g} in all of {', '.join(o for o, _ in names)}")
+            return NoPlan(
+                c,
+                max(rest, 0.0),
+                givers[0],
+                f"{what}: there is only {there:.4g} in all of {', '.join(o for o, _ in names)}",
+            )
     return None
 
 

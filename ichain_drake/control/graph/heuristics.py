@@ -7,7 +7,7 @@ Lipovetzky & Geffner, AAAI 2017). Values are binned over the demonstrated ranges
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -25,11 +25,13 @@ class Novelty:
 
     Args:
         model: names ranges and variables that keep their values.
+        objects: those that count; default: all. A drift of the others would make every state new.
     """
 
-    def __init__(self, model: GraphModel) -> None:
+    def __init__(self, model: GraphModel, objects: Collection[str] | None = None) -> None:
         self._model = model
-        self._objects = tuple(n for n in model.graph.objects if n != model.graph.root)
+        counted = model.graph.objects if objects is None else objects
+        self._objects = tuple(n for n in model.graph.objects if n != model.graph.root and n in counted)
         self._kept = {n: np.flatnonzero(keeps(model, n)) for n in self._objects}
         self._seen: dict[tuple[int, ...], set[tuple[tuple[int, int], ...]]] = {}
 

@@ -114,7 +114,7 @@ def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
 
 
 def find_drives(model: GraphModel, carries: tuple[Carry, ...]) -> tuple[Drive, ...]:
-    """Chains with the variables that they drive, as predicted from demonstrated samples in which all of a chain is active."""
+    """Chains with the variables that they drive, as predicted from demonstrated samples of all the chain active."""
     by_edge = {c.edge: c for c in carries}
     samples, owner, every = [], [], chains(model)
     for number, chain in enumerate(every):
@@ -138,7 +138,11 @@ def find_drives(model: GraphModel, carries: tuple[Carry, ...]) -> tuple[Drive, .
 
 def _subsumed(model: GraphModel, drive: Drive, every: list[Drive]) -> bool:
     """Whether a carried object drives more than the chain says, and a longer chain says so."""
-    longer = [d.chain[len(drive.chain)] for d in every if len(d.chain) > len(drive.chain) and d.chain[: len(drive.chain)] == drive.chain]
+    longer = [
+        d.chain[len(drive.chain)]
+        for d in every
+        if len(d.chain) > len(drive.chain) and d.chain[: len(drive.chain)] == drive.chain
+    ]
     return drive.carry is not None and any(float(model.decide(e, drive.hold)) >= 0 for e in longer)
 
 
@@ -165,7 +169,12 @@ def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
 
 
 def _drives_of(
-    model: GraphModel, chain: tuple[Interaction, ...], carry: Carry | None, batch: Batch, change: Batch, sure: FloatArray
+    model: GraphModel,
+    chain: tuple[Interaction, ...],
+    carry: Carry | None,
+    batch: Batch,
+    change: Batch,
+    sure: FloatArray,
 ) -> list[Drive]:
     target = chain[-1].child
     follow = carry.follow if carry is not None and len(chain) == 1 else ()

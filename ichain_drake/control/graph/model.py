@@ -120,8 +120,8 @@ class GraphModel(Protocol):
 
 
 def keeps(model: GraphModel, obj: str) -> BoolArray:
-    """Which variables of an object keep their value while nothing acts on it, shape (n_variables,)."""
-    return np.array([v.kind == "hold" for v in model.passive[obj].variables], dtype=bool)
+    """Which variables of an object keep their value or drift while nothing acts on it, shape (n_variables,)."""
+    return np.array([v.kind in ("hold", "learned") for v in model.passive[obj].variables], dtype=bool)
 
 
 def is_change(model: GraphModel, obj: str) -> BoolArray:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import networkx as nx
 import numpy as np
 
-from ichain_drake.control.graph.goals import gap
+from ichain_drake.control.graph.goals import gap, kept_by_itself, value_of
 from ichain_drake.control.graph.macros import Carry
 from ichain_drake.control.graph.model import Batch, GraphModel, span
 from ichain_drake.control.graph.plan import Condition, States
 from ichain_drake.state import FloatArray
 
 _SAME = 0.02  # of the demonstrated range: nearer than this is no move
+_LINE = 17
 
 
 def carry_targets(
@@ -21,7 +23,9 @@ def carry_targets(
     """Poses worth carrying an object to, for each of several states.
 
     They are: what the goal wants of it, where it was at the start, for each other interaction of the object the
-    place of a demonstration that makes it active most surely, and the nearest place at which none is.
+    place of a demonstration that makes it active most surely, and the nearest place at which none is. Where the object
+    acts on a variable of the goal that keeps no value of its own, also poses in even steps
+    between its outermost places.
 
     Args:
         model: the learned graph.
@@ -51,12 +55,29 @@ def carry_targets(
         for margin in margins[:, k]:
             if margin.max(initial=-1.0) >= 0:
                 found.append(places[int(np.argmax(margin))])
+        if _acts_on_goal(model, obj, node, conditions):
+            found += list(_along(places, width))
         free = np.flatnonzero((margins[:, k] < 0).all(axis=0))
         if len(free):
             away = np.abs((places[free] - here) / width).sum(axis=1)
             found.append(places[free[int(np.argmin(away))]])
         out.append(_distinct(found, here, width))
     return out
+
+
+def _acts_on_goal(model: GraphModel, obj: str, node: States, conditions: Sequence[Condition]) -> bool:
+    """Whether an object acts, directly or through others, on a variable that must be held by what acts on it."""
+    below = nx.descendants(model.graph.digraph, obj)
+    unmet = (c for c in conditions if c.object in below and gap(c, value_of(c, node, model.graph)) > 0)
+    return any(not kept_by_itself(model, c) for c in unmet)
+
+
+def _along(places: FloatArray, width: FloatArray) -> FloatArray:
+    """Poses along the widest direction of known places, shape (n, n_follow)."""
+    middle = places.mean(axis=0)
+    direction = np.linalg.svd((places - middle) / width)[2][0]
+    along = ((places - middle) / width) @ direction
+    return middle + np.linspace(along.min(), along.max(), _LINE)[:, None] * direction * width
 
 
 def _distinct(found: Sequence[FloatArray], here: FloatArray, width: FloatArray) -> list[FloatArray]:
@@ -67,9 +88,7 @@ def _distinct(found: Sequence[FloatArray], here: FloatArray, width: FloatArray) 
     return kept
 
 
-def _wanted(
-    model: GraphModel, carry: Carry, start: States, conditions: Sequence[Condition]
-) -> FloatArray | None:
+def _wanted(model: GraphModel, carry: Carry, start: States, conditions: Sequence[Condition]) -> FloatArray | None:
     """The pose that the goal wants: given values where there are any, the others as at the nearest known place."""
     obj = carry.edge.child
     names = [model.graph.objects[obj].observable.names[i] for i in carry.follow]

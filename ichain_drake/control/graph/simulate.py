@@ -226,7 +226,9 @@ class _Run:
         """Rows whose driven variable still changes."""
         out = np.ones(self.n, dtype=bool)
         for r, d in enumerate(self.drives):
-            back = max(begin, next((k for k in range(len(values) - 1, 0, -1) if ticks[r] - self.ticks_at[k][r] >= _WINDOW), 0))
+            back = max(
+                begin, next((k for k in range(len(values) - 1, 0, -1) if ticks[r] - self.ticks_at[k][r] >= _WINDOW), 0)
+            )
             passed = ticks[r] - self.ticks_at[back][r]
             if passed >= _WINDOW:
                 change = d.direction * (values[-1][r] - values[back][r])

@@ -73,9 +73,8 @@ class Box(FrozenModel):
 class BoxClassifier(ClassifierMixin, BaseEstimator):
     """Intervals on every input, fitted to the second class by moving one threshold at a time.
 
-    Each threshold goes where most samples that lie within all other intervals are classified rightly, classes weighed
-    by their numbers among them; then to the middle of the gap there, but no further from the samples of the second
-    class than `reach`.
+    Each threshold goes where most samples that lie within all other intervals are classified rightly; then to the
+    middle of the gap there, but no further from the samples of the second class than `reach`.
 
     Args:
         reach: how far a face may lie beyond the samples of the second class, as a share of their range.
@@ -86,7 +85,7 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
         upper_: thresholds, shape (n_features,).
     """
 
-    def __init__(self, reach: float = 0.15) -> None:
+    def __init__(self, reach: float = 0.3) -> None:
         self.reach = reach
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
@@ -105,7 +104,7 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
         if len(self.classes_) != 2:  # noqa: PLR2004
             kinds = "class" if len(self.classes_) == 1 else "classes"
             raise InputError(
-                f"BoxClassifier: Only binary classification is supported: {len(self.classes_)} {kinds} given, two needed"
+                f"BoxClassifier: {len(self.classes_)} {kinds} given, two needed. Only binary classification is supported"
             )
         if not self.reach >= 0:
             raise InputError(f"BoxClassifier: reach {self.reach!r}: give a number from 0")
@@ -157,6 +156,7 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
 
     def predict(self, X: ArrayLike) -> np.ndarray:
         """Classes, shape (n_samples,)."""
+        check_is_fitted(self)
         return self.classes_[(self.decision_function(X) >= 0).astype(int)]
 
     def __sklearn_tags__(self) -> Tags:

@@ -23,7 +23,7 @@ from ichain_drake.state import FloatArray, StateSpace
 Source = Literal["parent", "parent_change", "child", "aligned_change", "received", "mixing"]
 View = Literal["plain", "cos", "sin"]
 
-_EMPTY = 2.0  # noises
+_EMPTY = 1.0  # noises of a difference
 _BACKFLOW = 3.0  # an apparent flow the wrong way, beyond so many noises of a difference, is none
 
 

@@ -97,7 +97,6 @@ class _Problem:
         effects = [e for e in learned.effects if e.variable in asked]
         self.variables = tuple(sorted({i for e in effects for c in e.columns for i in c.parent_variables}))
         now = self.states[edge.parent]
-        self.low, self.high = learned.active_low.copy(), learned.active_high.copy()
         low, high = model.low[edge.parent], model.high[edge.parent]
         self.low, self.high = np.minimum(low, now), np.maximum(high, now)
         if one_tick:
@@ -125,12 +124,13 @@ class _Problem:
         return ((self.predicted(parents) - self.target) / self.scale)[:, self.asked]
 
     def consistent(self, parents: FloatArray) -> FloatArray:
-        """Clip to the limits; an amount goes with its change."""
+        """Clip to the limits; a change goes with its amount."""
         out = np.clip(parents, self.low, self.high)
         for i, v in enumerate(self.space.variables):
-            if i in self.variables and v.role is not None and v.role.kind == "change":
+            if v.role is not None and v.role.kind == "change":
                 amount = self.space.index(v.role.of)
-                out[:, amount] = self.states[self.edge.parent][amount] + out[:, i]
+                if amount in self.variables:
+                    out[:, i] = out[:, amount] - self.states[self.edge.parent][amount]
         return out
 
     def solve(self) -> Inverse:

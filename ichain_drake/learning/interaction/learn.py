@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
@@ -34,21 +35,26 @@ def learn_interactions(
     Raises:
         InputError: on data that can't be learned from, in one line that names piece, edge and remedy.
     """
+    # One BLAS thread: the same models in every bit for any number of processors, and faster on arrays this small.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _learn(pieces, graph, spec or InteractionSpec())
+
+
+def _learn(pieces: Sequence[Demonstration], graph: InteractionGraph, spec: InteractionSpec) -> InteractionModel:
     started = time.perf_counter()
-    chosen = spec or InteractionSpec()
     data = collect(pieces, graph)
     noise = {n: measurement_std(data, n) for n in data.spaces}
     children = [n for n in graph.objects if n != graph.root]
     alignments = {e: learn_alignment(data, e, noise) for e in data.edges}
-    passive = {n: learn_passive(data, n, chosen, noise) for n in children}
+    passive = {n: learn_passive(data, n, spec, noise) for n in children}
     effects: dict[Interaction, tuple[Effect, ...]] = {}
     for child in children:
-        effects |= learn_effects(data, child, passive[child], alignments, chosen, noise)
+        effects |= learn_effects(data, child, passive[child], alignments, spec, noise)
     edges = {}
     for e in graph.interactions:
         seen = data.stacked(e.parent)[data.flag(e)]
         edges[e] = LearnedInteraction(
-            learn_status(data, e, alignments, chosen, noise),
+            learn_status(data, e, alignments, spec, noise, {f.variable for f in effects[e]}),
             effects[e],
             alignments[e],
             collect_examples(data, e),

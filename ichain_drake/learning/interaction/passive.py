@@ -99,7 +99,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
         quiet = np.flatnonzero(~busy[1:])
         before.append(states[quiet])
         after.append(states[quiet + 1])
-        # From the reading before: the noise of a reading that also starts the change would look like a return to rest.
+        # With the reading before: the noise of a reading that also starts the change would look like a return to rest.
         quiet = np.flatnonzero(~busy[:-2] & ~busy[1:-1] & ~busy[2:])
         lagged.append((states[quiet], states[quiet + 1], states[quiet + 2]))
         piece.append(np.full(len(quiet), k))
@@ -117,7 +117,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
     earlier, first, second = (np.vstack([part[k] for part in lagged]) for k in range(3))
     if len(first):
         drift = choose_regression(
-            earlier[:, columns],
+            _instrumented(first[:, columns], earlier[:, columns]),
             space.difference(second, first)[:, i],
             np.concatenate(piece),
             np.concatenate(row),
@@ -129,6 +129,14 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
         inputs = tuple(columns[c] for c in drift.columns)
         return PassiveVariable("learned", drift=drift, inputs=inputs, std=drift.std, samples=len(start))
     return PassiveVariable("hold", std=float(np.sqrt(held)), samples=len(start))
+
+
+def _instrumented(now: FloatArray, earlier: FloatArray) -> FloatArray:
+    """Each column as its own earlier reading predicts it: two-stage least squares, free of the reading's own noise."""
+    middle_now, middle = now.mean(axis=0), earlier.mean(axis=0)
+    spread = np.sum((earlier - middle) ** 2, axis=0)
+    slope = np.sum((now - middle_now) * (earlier - middle), axis=0) / np.where(spread > 0, spread, 1.0)
+    return middle_now + slope * (earlier - middle)
 
 
 def _is_change(space: StateSpace, index: int) -> bool:

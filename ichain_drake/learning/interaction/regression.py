@@ -16,7 +16,7 @@ from ichain_drake.learning.interaction.screening import CubicScreening, Screenin
 from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.state import FloatArray
 
-_EXISTS = 0.8  # an effect must leave at most this share of the squared change
+_EXISTS = 0.5  # an effect must leave at most this share of the squared change
 _HARM = 0.2  # groups that it makes worse may lose this share of what it gains in all
 _SHARE = 0.05  # of the gain, that a group must have to count; two groups must
 _SIMPLER = 0.85  # a later estimator is taken if it leaves at most this share of the error

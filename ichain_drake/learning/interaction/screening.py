@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ichain_drake.state import FloatArray
 
 _RIDGE = 1e-3
-_SINGLE_GAIN, _PAIR_GAIN = 0.7, 0.5  # the error must fall to this share for a column, for a pair, to be taken
+_SINGLE_GAIN, _PAIR_GAIN = 0.55, 0.35  # the error must fall to this share for a column, for a pair, to be taken
 _PAIR_SEEDS = 10
 _PREFERENCE = 1.03
 
@@ -143,9 +143,7 @@ class CubicScreening:
         judge: windows to judge by; each within one group.
     """
 
-    def __init__(
-        self, x: FloatArray, y: FloatArray, group: NDArray[np.intp], judge: Sequence[tuple[int, int]]
-    ) -> None:
+    def __init__(self, x: FloatArray, y: FloatArray, group: NDArray[np.intp], judge: Sequence[tuple[int, int]]) -> None:
         scale = x.std(axis=0)
         self.usable = np.flatnonzero(scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12))
         self._z = (x - x.mean(axis=0)) / np.where(scale > 0, scale, 1.0)

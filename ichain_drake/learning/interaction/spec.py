@@ -43,7 +43,7 @@ class InteractionSpec:
         "polynomial(degree=1, clip=None)", "polynomial(degree=2, clip=None)", "kernel_ridge(alpha=0.03, gamma=0.3)"
     )
     status_estimators: tuple[EstimatorSpec, ...] = _specs(
-        "box(reach=0.15)",
+        "box(reach=0.3)",
         "SVC(C=30.0, gamma=1.0, class_weight='balanced')",
         "SVC(C=300.0, gamma=0.3, class_weight='balanced')",
         "SVC(C=300.0, gamma=1.0, class_weight='balanced')",

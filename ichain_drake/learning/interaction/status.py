@@ -6,7 +6,7 @@ inactive, a deactivation the reverse. Classifiers of the switching rows alone wo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,13 +21,14 @@ from ichain_drake.learning.interaction.data import BoolArray, GraphData
 from ichain_drake.learning.interaction.scores import event_f1, f1
 from ichain_drake.learning.interaction.spec import InteractionSpec, make_classifier
 from ichain_drake.learning.interaction.status_choice import choose_inputs, input_scales
-from ichain_drake.learning.interaction.status_inputs import States, StatusInput, candidate_inputs
+from ichain_drake.learning.interaction.status_inputs import States, StatusInput, ValueInput, candidate_inputs
 from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.state import FloatArray
 
 _FOLDS = 5
-_MARGINS = (0.0, 0.1, 0.25, 0.5)
-_GAIN = 0.005  # of the score, to prefer a later candidate
+_MARGINS = (0.0, 0.05, 0.1, 0.2)
+_GAIN = 0.005  # of the score, for hysteresis
+_CLEARLY = 0.05  # of the score, to prefer a later estimator: less is one event more or less
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class StatusModel:
         inputs: what it looks at.
         offset, scale: of the inputs' columns, shape (n_columns,).
         frozen: decision function; >= 0 means active.
-        margin: hysteresis of the decision value where the previous status is known.
+        margin: what is known to be active stays so down to a decision value of -margin.
         estimator: name with parameters.
         score: F1 of the status on pieces left out.
         event_score: F1 of switching events within one row, on pieces left out.
@@ -69,7 +70,7 @@ class StatusModel:
         value = self.decide(states)
         if previous is None or self.margin == 0.0:
             return value >= 0.0
-        return value >= np.where(previous, -self.margin, self.margin)
+        return value >= np.where(previous, -self.margin, 0.0)
 
 
 def learn_status(
@@ -78,8 +79,18 @@ def learn_status(
     alignments: Mapping[Interaction, Alignment | None],
     spec: InteractionSpec,
     noise: Mapping[str, FloatArray],
+    affected: Collection[int] = (),
 ) -> StatusModel:
     """Learn the classifier of one interaction.
+
+    Args:
+        data: the pieces.
+        edge: the interaction.
+        alignments: of all interactions.
+        spec: candidate estimators.
+        noise: measurement noise per object.
+        affected: indices of the child's variables that the interaction changes: what follows from a status does not
+            tell it, unless it helps clearly.
 
     Raises:
         InputError: if no candidate estimator can be fitted and frozen; names the edge and the reason.
@@ -99,16 +110,18 @@ def learn_status(
     def score(inputs: Sequence[StatusInput], estimator: EstimatorSpec = spec.status_estimators[0]) -> float:
         return _switching_score(truth, _left_out(estimator, columns(inputs)[0], truth, fold, edge) >= 0.0, piece)
 
-    chosen = choose_inputs(ends, others, values, truth, piece, score)
+    caused = [i for i in ends if isinstance(i, ValueInput) and i.obj == edge.child and i.index in affected]
+    causes = [i for i in ends if i not in caused]
+    chosen = choose_inputs(causes, [*caused, *others], values, truth, piece, score)
     best, best_score = spec.status_estimators[0], -np.inf
     for candidate in spec.status_estimators:
         value = score(chosen, candidate)
-        if value > best_score + _GAIN:
+        if value > best_score + _CLEARLY:
             best, best_score = candidate, value
     x, offset, scale = columns(chosen)
     frozen = _fit(best, x, truth, edge)
     decisions = _left_out(best, x, truth, _piece_folds(truth, piece), edge)
-    margin = _best_margin(decisions, truth, piece)
+    margin = _best_margin(_left_out(best, x, truth, fold, edge), truth, piece)
     held_out = [decisions[piece == k] for k in np.unique(piece)]
     return StatusModel(
         inputs=tuple(chosen),
@@ -185,7 +198,7 @@ def _held(decisions: FloatArray, margin: float) -> BoolArray:
     out = np.empty(len(decisions), dtype=bool)
     on = bool(decisions[0] >= 0.0)
     for k, value in enumerate(decisions):
-        on = bool(value >= (-margin if on else margin)) if k else on
+        on = bool(value >= (-margin if on else 0.0)) if k else on
         out[k] = on
     return out
 

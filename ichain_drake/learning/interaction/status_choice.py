@@ -52,7 +52,7 @@ def choose_inputs(
 
     Args:
         ends: inputs from the two ends of the interaction.
-        others: from the child's other parents; taken only if they help.
+        others: further inputs, such as of the child's other parents; taken only if they help.
         values: columns of each input by `id`, shape (n, k).
         truth: status of each row, shape (n,).
         piece: piece of each row, shape (n,).
@@ -71,7 +71,7 @@ def choose_inputs(
     further = [i for i in evidence if i not in chosen]
     further += [i for i in others if separates(values[id(i)], truth, piece)]
     if not chosen and not further:
-        further = list(ends)
+        further = [*ends, *others]
     for _ in range(_MOST_EXTRA):
         if best >= 1.0 - _ENOUGH or not further:
             break

@@ -1,0 +1,428 @@
+"""`run` and `plan` for scenarios with a goal over an interaction graph: demonstrations, learning, planning, execution."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import LogVectorOutput
+from threadpoolctl import threadpool_limits
+
+from ichain_drake.control.graph.controller import GraphController
+from ichain_drake.control.graph.executor import Executor, ExecutorSettings, Memory
+from ichain_drake.control.graph.goals import gap, parse_goal, stay, value_of, words
+from ichain_drake.control.graph.plan import Goal, NoPlan, Plan, States
+from ichain_drake.control.graph.planner import GraphPlanner
+from ichain_drake.control.graph.skills import SkillFunction, Skills, learn_skills
+from ichain_drake.control.graph.tasks import Mode
+from ichain_drake.demonstrations import Demonstration, read_demonstrations, write_demonstrations
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.interaction import InteractionModel, InteractionSpec, learn_interactions
+from ichain_drake.robot import Physics
+from ichain_drake.scenarios.base import Progress
+from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.episode import Episode, EpisodeInterrupted, EpisodeLog, Prepare
+from ichain_drake.scenarios.path_run import versions
+from ichain_drake.scenarios.recorder import RecordingInterrupted
+from ichain_drake.state import FloatArray
+from ichain_drake.timing import FRAME, TICK
+from ichain_drake.visualization import Episode as RecordedEpisode
+from ichain_drake.visualization import Readout, Recording
+from ichain_drake.world.world import World
+
+_PORTS = ("mode", "edge", "skill", "plan_step")
+_LOOK = 4  # ticks of readings that a plan is made from
+
+
+class GoalScenario(Protocol):
+    """What a scenario offers for a goal over its graph."""
+
+    name: str
+    physics: Physics
+    seed: int
+    config: ScenarioConfig
+    graph: InteractionGraph
+
+    def make_world(self, run: int) -> tuple[World, Prepare]: ...  # noqa: D102
+    def record_demonstrations(self, progress: Progress | None = None) -> Any: ...  # noqa: D102
+    def drawings(self) -> Mapping[str, Any]: ...  # noqa: D102
+    def given(self) -> dict[str, Any]: ...  # noqa: D102
+
+
+class GraphEpisode(Episode):
+    """An episode under a `GraphController`: sensors' validity reaches it, what it does is logged.
+
+    Args:
+        world: the world.
+        controller: closes the loop.
+        prepare: puts the world into its start state.
+    """
+
+    def __init__(self, world: World, controller: GraphController, prepare: Prepare) -> None:
+        self.controller = controller
+        super().__init__(world, controller, prepare)
+
+    def _add_logs(self, builder: DiagramBuilder, commander: LeafSystem) -> dict[str, LeafSystem]:
+        for name in self.world.graph.objects:
+            builder.Connect(self.world.GetOutputPort(f"{name}.valid"), commander.GetInputPort(f"{name}.valid"))
+        sinks = super()._add_logs(builder, commander)
+        return sinks | {p: LogVectorOutput(commander.GetOutputPort(p), builder, FRAME) for p in _PORTS}
+
+    @property
+    def memory(self) -> Memory:
+        """What the controller remembers now."""
+        return self.controller.memory(self.controller.GetMyContextFromRoot(self.context))
+
+    def doing(self) -> dict[str, FloatArray]:
+        """Logged ports of the controller, shape (n,) each."""
+        return {p: np.array(self._sinks[p].FindLog(self.context).data())[0].copy() for p in _PORTS}
+
+
+@dataclass
+class GraphRun:
+    """A run towards a goal, filled as it goes, so that an interrupted one keeps what it has.
+
+    Attributes:
+        scenario: what runs.
+        expressions: the goal, as text.
+        number: of the run; keys start, noise and mishaps.
+        pieces: demonstrations.
+        model: learned from them.
+        goal: in force; conditions with `start` refer to readings at the start.
+        plan: the first plan, or why there is none.
+        memory: of the execution.
+        log: everything logged in it.
+        doing: the controller's ports, shape (n,) each.
+        reason: why the goal was or was not reached.
+        cause: of a failure in a word.
+        wrong: conditions that do not hold in truth at the end, in words.
+    """
+
+    scenario: GoalScenario
+    expressions: tuple[str, ...]
+    number: int = 0
+    pieces: list[Demonstration] = field(default_factory=list)
+    model: InteractionModel | None = None
+    goal: Goal | None = None
+    plan: Plan | NoPlan | None = None
+    memory: Memory | None = None
+    log: EpisodeLog | None = None
+    doing: dict[str, FloatArray] = field(default_factory=dict)
+    reason: str = "interrupted"
+    cause: str = "interrupted"
+    wrong: str = ""
+    started: float = field(default_factory=time.monotonic)
+
+    @property
+    def goal_reached(self) -> bool:
+        """Whether the goal holds in truth, and the controller came to an end by itself."""
+        return self.memory is not None and self.memory.mode == Mode.REACHED and not self.wrong
+
+    def report(self) -> dict[str, Any]:
+        """The contents of `report.json`."""
+        scenario, memory = self.scenario, self.memory
+        return {
+            "scenario": scenario.name,
+            "physics": scenario.physics,
+            "seed": scenario.seed,
+            "goal_reached": self.goal_reached,
+            "reason": self.reason,
+            "control_steps": 0 if memory is None else memory.tick,
+            "sim_seconds": 0.0 if self.log is None else round(float(self.log.times[-1]), 6),
+            "wall_seconds": time.monotonic() - self.started,
+            "versions": versions(),
+            "given": scenario.given(),
+            "models": {} if self.model is None else self._models(),
+            "metrics": {
+                "goal": list(self.expressions),
+                "replans": 0 if memory is None else memory.replans,
+                "plan": [] if not isinstance(self.plan, Plan) else describe(self.plan),
+                "failure_cause": self.cause,
+                "events": [] if memory is None else [{"step": t, "what": text} for t, text in memory.log],
+                "search": {} if not isinstance(self.plan, Plan) else {
+                    "expansions": self.plan.expansions, "rollouts": self.plan.rollouts,
+                },
+            },
+        }  # fmt: skip
+
+    def _models(self) -> dict[str, Any]:
+        assert self.model is not None
+        report: dict[str, Any] = self.model.report()
+        seconds = sum((len(p) - 1) * TICK for p in self.pieces)
+        edges = {
+            name: {
+                "samples": edge["status"]["samples"],
+                "robot_seconds": seconds,
+                "score": edge["status"]["f1"],
+                "source": "demonstrations",
+                **edge,
+            }
+            for name, edge in report["interactions"].items()
+        }
+        return edges | {"passive": report["passive"], "pieces": report["pieces"], "warnings": report["warnings"]}
+
+    def recording(self) -> Recording:
+        """Everything that the playback shows.
+
+        Raises:
+            InputError: if nothing was recorded.
+        """
+        scenario = self.scenario
+        episodes = () if self.log is None else (self._episode(self.log),)
+        return Recording(scenario.name, scenario.physics, scenario.seed, dict(scenario.graph.objects), episodes)
+
+    def _episode(self, log: EpisodeLog) -> RecordedEpisode:
+        graph = self.scenario.graph
+        edges = graph.interactions
+        modes = [Mode(int(v)).name.lower() for v in self.doing["mode"]]
+        about = [edges[int(v)].name if v >= 0 else "" for v in self.doing["edge"]]
+        readouts = {
+            "controller": Readout([f"{m} {e}".strip() for m, e in zip(modes, about, strict=True)]),
+            "plan step": Readout(["" if v < 0 else str(int(v) + 1) for v in self.doing["plan_step"]]),
+        }
+        for edge in edges:
+            flags = log.active[edge.child][:, graph.parents(edge.child).index(edge.parent)]
+            readouts[edge.name] = Readout(["active" if on > 0.5 else "inactive" for on in flags])
+        return RecordedEpisode("goal", log.times, log.states, log.plant_positions, readouts)
+
+
+def describe(plan: Plan) -> list[dict[str, Any]]:
+    """A plan as plain numbers and texts, for the report."""
+    return [
+        {
+            "chain": [e.name for e in step.chain],
+            "wanted": {f"{o}.{v}": float(x) for (o, v), x in step.wanted.items()},
+            "drives": None if step.until is None else f"{step.until[0]}.{step.until[1]}",
+            "predicted": {n: [float(x) for x in s] for n, s in step.predicted.items()},
+            "ticks": int(step.ticks),
+        }
+        for step in plan.steps
+    ]
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What runs with the same demonstrations share.
+
+    Attributes:
+        model: learned from them.
+        skills: their switching events.
+        planner: with this model.
+    """
+
+    model: InteractionModel
+    skills: Skills
+    planner: GraphPlanner
+
+
+def learn_graph(
+    pieces: Sequence[Demonstration],
+    graph: InteractionGraph,
+    spec: InteractionSpec | None = None,
+    own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
+) -> Knowledge:
+    """Learn models and skills from demonstrations.
+
+    Args:
+        pieces: unordered, with flags.
+        graph: the interaction graph.
+        spec: candidate estimators.
+        own_skills: a designer's functions, by interaction and whether they activate.
+
+    Raises:
+        InputError: on demonstrations that can't be learned from; names piece, edge and remedy.
+    """
+    with threadpool_limits(limits=1):
+        model = learn_interactions(pieces, graph, spec)
+        return Knowledge(model, learn_skills(model, pieces, own_skills), GraphPlanner(model))
+
+
+def record_pieces(run: GraphRun, keep: Path | None = None, say: Progress | None = None) -> None:
+    """Record demonstrations into `run`, writing each to the folder `keep` as soon as it is there."""
+    try:
+        with threadpool_limits(limits=1):
+            for piece in run.scenario.record_demonstrations(say):
+                run.pieces.append(piece)
+                if keep is not None:
+                    write_demonstrations([piece], keep)
+    except RecordingInterrupted as stopped:
+        if keep is not None:
+            write_demonstrations([stopped.piece], keep)
+        raise
+
+
+def look(scenario: GoalScenario, number: int = 0) -> States:
+    """What is measured at the start of a run, averaged over the ticks that the controller looks too.
+
+    Args:
+        scenario: makes the world.
+        number: of the run.
+    """
+    world, prepare = scenario.make_world(number)
+    episode = Episode(world, _Still(_start_command(world, prepare)), prepare, log=False)
+    readings = [{n: episode.value(n) for n in scenario.graph.objects}]
+    for _ in range(_LOOK - 1):
+        episode.run(1)
+        readings.append({n: episode.value(n) for n in scenario.graph.objects})
+    return {n: np.mean([r[n] for r in readings], axis=0) for n in scenario.graph.objects}
+
+
+def make_goal(expressions: Sequence[str], model: InteractionModel, start: States) -> Goal:
+    """Read a goal; `keep object.variable within value` holds a variable where it is at the start.
+
+    Raises:
+        InputError: on an expression that can't be read.
+    """
+    kept, plain = [], []
+    for text in expressions:
+        words_of = text.split()
+        if len(words_of) == 4 and words_of[0] == "keep" and words_of[2] == "within" and "." in words_of[1]:  # noqa: PLR2004
+            obj, _, variable = words_of[1].rpartition(".")
+            parse_goal([f"{words_of[1]} >= {words_of[3]}"], model, start)  # refuses unknown names and numbers
+            kept += list(stay(start, obj, [variable], model, float(words_of[3])))
+        else:
+            plain.append(text)
+    goal = parse_goal(plain, model, start) if plain or not kept else Goal(())
+    return Goal((*goal.conditions, *kept), goal.inactive)
+
+
+def make_plan(knowledge: Knowledge, expressions: Sequence[str], start: States) -> tuple[Goal, Plan | NoPlan]:
+    """A plan for a goal from measured states; `ichain plan` prints it with `format_plan`.
+
+    Raises:
+        InputError: on an expression that can't be read.
+    """
+    with threadpool_limits(limits=1):
+        goal = make_goal(expressions, knowledge.model, start)
+        return goal, knowledge.planner.plan(start, goal)
+
+
+def run_graph(
+    run: GraphRun,
+    *,
+    demos: Path | None = None,
+    keep_demos: Path | None = None,
+    knowledge: Knowledge | None = None,
+    spec: InteractionSpec | None = None,
+    own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
+    settings: ExecutorSettings | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Do everything up to the report, filling `run`.
+
+    Args:
+        run: with `scenario` and `expressions` set.
+        demos: folder of demonstrations to learn from, in place of recording them.
+        keep_demos: folder that recorded demonstrations are written to.
+        knowledge: what was learned before, in place of learning.
+        spec: candidate estimators.
+        own_skills: a designer's functions, by interaction and whether they activate.
+        settings: of the execution.
+        progress: called with a line at each step.
+
+    Raises:
+        InputError: on bad demonstrations or a goal that can't be read.
+        EpisodeInterrupted, RecordingInterrupted: on Ctrl-C; `run` keeps what there is.
+    """
+    say = progress or (lambda line: None)
+    if knowledge is None:
+        if demos is not None:
+            run.pieces = read_demonstrations(demos, run.scenario.graph)
+        else:
+            record_pieces(run, keep_demos, say)
+        say(f"learning from {len(run.pieces)} pieces")
+        knowledge = learn_graph(run.pieces, run.scenario.graph, spec, own_skills)
+    run.model = knowledge.model
+    with threadpool_limits(limits=1):
+        say("planning")
+        start = look(run.scenario, run.number)
+        run.goal = make_goal(run.expressions, knowledge.model, start)
+        _execute(run, knowledge, settings or ExecutorSettings(), say)
+
+
+def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, say: Progress) -> None:
+    assert run.goal is not None
+    world, prepare = run.scenario.make_world(run.number)
+
+    def planned(now: States, goal: Goal) -> Plan | NoPlan:
+        found = knowledge.planner.plan(now, goal)
+        if run.plan is None:
+            run.plan = found
+        say("no plan" if isinstance(found, NoPlan) else f"executing {len(found.steps)} steps")
+        return found
+
+    executor = Executor(knowledge.model, knowledge.skills, planned, run.goal, settings)
+    controller = GraphController(executor, _start_command(world, prepare))
+    episode = GraphEpisode(world, controller, prepare)
+    try:
+        episode.run(settings.ticks + 10, lambda e: episode.memory.stopped)
+    except KeyboardInterrupt:
+        _keep(run, episode)
+        assert run.log is not None
+        raise EpisodeInterrupted(run.log) from None
+    _keep(run, episode)
+    assert run.memory is not None
+    run.reason, run.cause = run.memory.reason, run.memory.cause
+    run.wrong = _wrong(run)
+    if run.memory.mode == Mode.REACHED and run.wrong:
+        run.reason, run.cause = f"taken as reached, but {run.wrong}", "misjudged"
+
+
+def _keep(run: GraphRun, episode: GraphEpisode) -> None:
+    run.memory, run.log, run.doing = episode.memory, episode.log(), episode.doing()
+
+
+def _wrong(run: GraphRun) -> str:
+    """Which condition does not hold in truth at the end, in words; empty if all hold."""
+    assert run.log is not None
+    assert run.goal is not None
+    graph = run.scenario.graph
+    last = {n: s[-1][graph.objects[n].observable_indices] for n, s in run.log.states.items()}
+    for c in run.goal.conditions:
+        value = float(value_of(c, last, graph))
+        if gap(c, value) > 0:
+            return f"{words(c, graph)} is not true: it is {value:.4g}"
+    for e in run.goal.inactive:
+        if run.log.active[e.child][-1, graph.parents(e.child).index(e.parent)] > 0.5:  # noqa: PLR2004 - a flag
+            return f"{e.name} is still active"
+    return ""
+
+
+class _Still(LeafSystem):
+    """Sends one command for ever."""
+
+    def __init__(self, command: FloatArray) -> None:
+        super().__init__()
+        self._command = self.DeclareDiscreteState(command)
+        self.DeclareStateOutputPort("hand_command", self._command)
+
+
+def _start_command(world: World, prepare: Prepare) -> FloatArray:
+    """The robot's state at the start of a run, shape (n_root,)."""
+    context = world.CreateDefaultContext()
+    prepare(context)
+    robot = world.robot
+    state = robot.GetOutputPort("state").Eval(robot.GetMyContextFromRoot(context))
+    space = world.graph.objects[world.graph.root]
+    return np.asarray(state, dtype=float)[space.observable_indices]
+
+
+
+__all__ = [
+    "GoalScenario",
+    "GraphEpisode",
+    "GraphRun",
+    "Knowledge",
+    "describe",
+    "learn_graph",
+    "look",
+    "make_goal",
+    "make_plan",
+    "record_pieces",
+    "run_graph",
+]

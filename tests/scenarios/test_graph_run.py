@@ -1,0 +1,107 @@
+"""The whole job of the water dispenser on `ideal`, and how it is refused and reported."""
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+from ichain_drake.control.graph.executor import ExecutorSettings
+from ichain_drake.control.graph.plan import NoPlan, Plan
+from ichain_drake.control.graph.tasks import Mode
+from ichain_drake.errors import InputError
+from ichain_drake.learning.interaction import InteractionSpec
+from ichain_drake.learning.link import EstimatorSpec
+from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, look, make_goal, make_plan, run_graph
+from ichain_drake.scenarios.water_dispenser import WaterDispenser
+
+HOT = ["cup.temperature >= 0.5", "cup.water >= 0.3", "not hand->cup"]
+QUICK = InteractionSpec(status_estimators=(EstimatorSpec.parse("box(reach=0.3)"),))
+
+
+@cache
+def scenario() -> WaterDispenser:
+    return WaterDispenser((), "ideal")
+
+
+@cache
+def knowledge() -> Knowledge:
+    return learn_graph(list(scenario().record_demonstrations()), scenario().graph, QUICK)
+
+
+def test_a_cup_of_warm_water_from_demonstrations_alone() -> None:
+    run = GraphRun(scenario(), tuple(HOT))
+    run_graph(run, knowledge=knowledge())
+    report = run.report()
+    assert report["goal_reached"], run.memory and (run.reason, run.memory.log)
+    assert run.log is not None
+    cup = run.log.states["cup"][-1]
+    assert cup[4] >= 0.3
+    assert cup[5] >= 0.5
+    assert report["metrics"]["goal"] == HOT
+    assert report["metrics"]["failure_cause"] == ""
+    assert {e for step in report["metrics"]["plan"] for e in step["chain"]} >= {"hand->power", "power->tank", "tank->cup"}
+    assert report["control_steps"] == pytest.approx(report["sim_seconds"] * 3, abs=2)
+    assert set(report["models"]) >= {"hand->cup", "cup->tank"}
+    json.dumps(report, allow_nan=False)
+    recording = run.recording()
+    assert len(recording.episodes[0].readouts["controller"].values) == len(run.log.times)
+    assert set(np.unique(run.doing["mode"])) >= {Mode.ACTIVATE, Mode.CARRY, Mode.DRIVE}
+
+
+def test_no_wire_leads_from_the_truth_to_the_controller() -> None:
+    from ichain_drake.scenarios.graph_run import Executor, GraphController, GraphEpisode
+
+    world, prepare = scenario().make_world(0)
+    k = knowledge()
+    goal = make_goal(HOT, k.model, look(scenario()))
+    executor = Executor(k.model, k.skills, k.planner.plan, goal)
+    controller = GraphController(executor, np.array(scenario().start(0).hand))
+    episode = GraphEpisode(world, controller, prepare)
+    sources = {}
+    for (system, port), (source, out) in episode.diagram.connection_map().items():
+        if system is controller:
+            sources[controller.get_input_port(port).get_name()] = source.get_output_port(out).get_name()
+    assert sources == {
+        **{n: f"{n}.measured" for n in world.graph.objects},
+        **{f"{n}.valid": f"{n}.valid" for n in world.graph.objects},
+    }
+
+
+def test_a_plan_is_made_without_executing_it_and_refused_with_the_reason() -> None:
+    start = look(scenario())
+    goal, plan = make_plan(knowledge(), HOT, start)
+    assert isinstance(plan, Plan)
+    assert len(goal.conditions) == 2
+    _, none = make_plan(knowledge(), ["cup.temperature >= 1.5"], start)
+    assert isinstance(none, NoPlan)
+    assert "cup.temperature" in none.reason
+
+
+def test_keep_holds_a_variable_near_its_start() -> None:
+    start = look(scenario())
+    goal = make_goal(["keep cup.x within 0.02"], knowledge().model, start)
+    assert [(c.object, c.variable) for c in goal.conditions] == [("cup", "x")]
+    assert goal.conditions[0].upper - goal.conditions[0].lower == pytest.approx(0.04)
+    assert goal.conditions[0].lower + 0.02 == pytest.approx(start["cup"][0])
+    with pytest.raises(InputError, match="no object 'mug'"):
+        make_goal(["keep mug.x within 0.02"], knowledge().model, start)
+    with pytest.raises(InputError, match="'wide' is not a finite number"):
+        make_goal(["keep cup.x within wide"], knowledge().model, start)
+
+
+def test_an_impossible_goal_ends_the_run_with_its_reason() -> None:
+    run = GraphRun(scenario(), ("cup.water >= 2",))
+    run_graph(run, knowledge=knowledge())
+    report = run.report()
+    assert not report["goal_reached"]
+    assert report["metrics"]["failure_cause"] == "no plan"
+    assert "cup.water" in report["reason"]
+    assert report["control_steps"] < 10
+
+
+def test_a_run_that_takes_too_long_says_so() -> None:
+    run = GraphRun(scenario(), tuple(HOT))
+    run_graph(run, knowledge=knowledge(), settings=ExecutorSettings(ticks=15))
+    assert run.report()["reason"] == "not done after 15 control steps"
+    assert not run.goal_reached
