@@ -150,6 +150,8 @@ def make_controller(
         candidates: see `ControlCandidates`.
         progress: called with a line before each option.
 
+    Demonstrations too short to cut a validation path from leave the choice to cross-validation scores.
+
     Raises:
         InputError: on an unknown method.
     """
@@ -157,11 +159,27 @@ def make_controller(
         raise InputError(f"control.method {method!r}: choose {' or '.join(METHODS)}")
     candidates = candidates or ControlCandidates()
     options = _options(chain, method, candidates)
+    cases: list[ValidationCase] = []
     if len(options) > 1:
-        cases = make_cases(chain, limits, candidates.cases, candidates.ticks, candidates.seed)
+        try:
+            cases = make_cases(chain, limits, candidates.cases, candidates.ticks, candidates.seed)
+        except InputError as error:
+            if progress:
+                progress(f"no validation, the options are taken by their scores: {error}")
+    if cases:
         options = [_validated(chain, option, cases, candidates.seed, progress) for option in options]
-    choice = min(options, key=lambda o: np.inf if np.isnan(o.error) else o.error)
+    choice = _best(options)
     return ChainController(_policy(chain, _last_level(chain, choice), command=True), method, choice, tuple(options))
+
+
+def _best(options: Sequence[Choice]) -> Choice:
+    """By validation; without any success in it, the best cross-validation score, or the middle one of several weights."""
+    valid = [o for o in options if np.isfinite(o.error)]
+    if valid:
+        return min(valid, key=lambda o: o.error)
+    if options[0].inverse is None:
+        return options[len(options) // 2]
+    return max(options, key=lambda o: o.inverse.score if o.inverse is not None else -np.inf)
 
 
 def _validated(

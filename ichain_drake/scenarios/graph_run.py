@@ -1,4 +1,4 @@
-"""`run` and `plan` for scenarios with a goal over an interaction graph: demonstrations, learning, planning, execution."""
+"""`run` and `plan` for a goal over an interaction graph: demonstrations, learning, planning, execution."""
 
 from __future__ import annotations
 
@@ -410,7 +410,6 @@ def _start_command(world: World, prepare: Prepare) -> FloatArray:
     state = robot.GetOutputPort("state").Eval(robot.GetMyContextFromRoot(context))
     space = world.graph.objects[world.graph.root]
     return np.asarray(state, dtype=float)[space.observable_indices]
-
 
 
 __all__ = [

@@ -35,6 +35,10 @@ from ichain_drake.timing import FRAMES_PER_TICK, TICK
 _MOST_POINTS = 10**6
 
 
+_ORACLE_EFFORT = 0.02
+"""Chosen on seeds 100 to 105, which no report uses."""
+
+
 @dataclass(frozen=True)
 class PathResult:
     """One followed path.
@@ -394,7 +398,7 @@ def oracle_follow(scenario: PathScenario, name: str, path: TimedPath, number: in
         targets,
         path.limits.speed * TICK,
         *scenario.command_range(),
-        PredictiveWeights(),
+        PredictiveWeights(effort=_ORACLE_EFFORT),
     )
     spaces = {n: graph.objects[n] for n in names}
     system = Controller(policy, spaces, 2, np.mean(scenario.command_range(), axis=0), policy.sizes)  # type: ignore[arg-type]

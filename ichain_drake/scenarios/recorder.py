@@ -11,6 +11,7 @@ from pydrake.systems.framework import LeafSystem
 from ichain_drake.demonstrations.table import COMMAND, TIME, Demonstration, column
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.scenarios.episode import Episode, EpisodeLog, Prepare
+from ichain_drake.scenarios.interruption import deferred_interrupt
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
@@ -74,9 +75,13 @@ def record(
     """
     episode = Episode(world, commander, prepare)
     try:
-        episode.run(ticks)
-    except KeyboardInterrupt:
-        raise RecordingInterrupted(_tabulate(world.graph, whole_frames(episode.log()), objects, name)) from None
+        with deferred_interrupt() as pressed:
+            episode.run(ticks, lambda _: pressed())
+        interrupted = pressed()
+    except KeyboardInterrupt:  # the second
+        interrupted = True
+    if interrupted:
+        raise RecordingInterrupted(_tabulate(world.graph, whole_frames(episode.log()), objects, name))
     return _tabulate(world.graph, episode.log(), objects, name)
 
 

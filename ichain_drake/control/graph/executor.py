@@ -12,18 +12,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ichain_drake.control.graph.carrying import Carry, CarryPart
+from ichain_drake.control.graph.driving import Drive
 from ichain_drake.control.graph.goals import gap, value_of, words
 from ichain_drake.control.graph.model import GraphModel
-from ichain_drake.control.graph.plan import Condition, Goal, NoPlan, Plan, PlanStep, States
+from ichain_drake.control.graph.plan import Goal, NoPlan, Plan, PlanStep, States
 from ichain_drake.control.graph.skills import Skills
-from ichain_drake.control.graph.tasks import DONE, Carry, Drive, Failed, Look, Mode, Switch, Task, View
+from ichain_drake.control.graph.tasks import Failed, Look, Mode, Switch, Task, View
 from ichain_drake.control.graph.travel import resting_states
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
 Planner = Callable[[States, Goal], Plan | NoPlan]
 
-_READINGS = 6
+_READINGS = 12
 _LOOK = 4  # ticks of averaging before planning and after a step
 _PLACE, _VALUE = 0.05, 0.12  # of the demonstrated range: larger deviations from the prediction are noticed
 
@@ -61,8 +63,8 @@ class Memory:
         mode: see `Mode`.
         reason: why it stopped; empty while it runs.
         cause: of the failure in a word; empty if there is none.
+        looked_again: whether it looks longer since no plan was found.
         log: (tick, text) of everything that did not go as planned.
-        steps_started: (tick, step) of the running plan.
     """
 
     command: FloatArray
@@ -76,6 +78,7 @@ class Memory:
     mode: Mode = Mode.LOOK
     reason: str = ""
     cause: str = ""
+    looked_again: bool = False
     log: list[tuple[int, str]] = field(default_factory=list)
 
     @property
@@ -123,7 +126,9 @@ class Executor:
         """
         return Memory(np.array(command, dtype=float), tasks=[Look(None, _LOOK)])
 
-    def decide(self, memory: Memory, measured: States, valid: Mapping[str, bool]) -> FloatArray:
+    def decide(  # noqa: PLR0911 - one return an outcome
+        self, memory: Memory, measured: States, valid: Mapping[str, bool]
+    ) -> FloatArray:
         """One tick.
 
         Args:
@@ -140,7 +145,8 @@ class Executor:
         if not all(valid.values()):
             memory.mode = Mode.BLIND
             return memory.command
-        memory.readings = [*memory.readings[1 - _READINGS :], {n: np.array(v, dtype=float) for n, v in measured.items()}]
+        reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
+        memory.readings = [*memory.readings[1 - _READINGS :], reading]
         if memory.tick > self.settings.ticks:
             return self._stop(memory, "time", f"not done after {self.settings.ticks} control steps")
         for _ in range(100):  # tasks that need no time
@@ -175,7 +181,7 @@ class Executor:
     def _next(self, memory: Memory) -> None:
         now = self._view(memory).averaged(_LOOK)
         if memory.plan is None:
-            self._plan(memory, now)
+            self._plan(memory, self._view(memory).averaged(_READINGS) if memory.looked_again else now)
             return
         if memory.step >= 0 and self.settings.monitors:
             off = self._deviation(memory.plan.steps[memory.step], now)
@@ -207,8 +213,13 @@ class Executor:
     def _plan(self, memory: Memory, now: States) -> None:
         found = self.planner(now, self.goal)
         if isinstance(found, NoPlan):
+            if self.settings.monitors and not memory.looked_again:
+                # One reading less noisy may be all that is missing.
+                memory.looked_again, memory.tasks = True, [Look(None, _READINGS)]
+                return
             self._stop(memory, "no plan", found.reason)
             return
+        memory.looked_again = False
         memory.plan, memory.step = found, -1
         memory.plans.append(found)
 
@@ -310,20 +321,4 @@ def _carry(
     return [CarryPart(edge, target=part, every=tuple(target)), Carry(edge, target=dict(target))]
 
 
-@dataclass(eq=False)
-class CarryPart(Carry):
-    """Carry some variables while the others stay as they are when it begins."""
-
-    every: tuple[int, ...] = ()
-
-    def act(self, view: View) -> FloatArray | Failed | str:
-        """See `Task`."""
-        assert self.edge is not None
-        if self.every:
-            now = view.averaged()[self.edge.child]
-            self.target = {i: self.target.get(i, float(now[i])) for i in self.every}
-            self.every = ()
-        return super().act(view)
-
-
-__all__ = ["DONE", "Condition", "Executor", "ExecutorSettings", "Memory", "Mode"]
+__all__ = ["Executor", "ExecutorSettings", "Memory", "Mode"]

@@ -1,8 +1,8 @@
 """Skills: paths of the robot that activate or deactivate one of its interactions (paper sec. V, appendix B).
 
 A learned skill is a demonstrated switching event with the few ticks before and after it, which carry the direction of
-the approach and of the retreat. It is moved with the object through the learned alignment, and of all events that one is
-taken which the learned classifier is surest about.
+the approach and of the retreat. It is moved with the object through the learned alignment, and of all events that one
+is taken which the learned classifier is surest about.
 """
 
 from __future__ import annotations
@@ -130,9 +130,7 @@ def _spread(attempt: int, count: int) -> int:
     return 0 if attempt == 0 else (attempt * max(1, count // 4) + attempt // 4) % count
 
 
-def _moved(
-    model: GraphModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool
-) -> FloatArray:
+def _moved(model: GraphModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool) -> FloatArray:
     """A window's path for the present states: where the object takes part in the alignment, relative to it."""
     alignment: Any = model.edges[edge].alignment
     path = window.root.copy()

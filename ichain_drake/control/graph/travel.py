@@ -1,4 +1,4 @@
-"""How the robot travels between far apart states: straight lines within the demonstrated steps, around what it would switch."""
+"""How the robot travels between far apart states: straight, in demonstrated steps, around what it would switch."""
 
 from __future__ import annotations
 

@@ -3,10 +3,11 @@
 from ichain_drake.learning.interaction.events import EdgeExamples, Switching
 from ichain_drake.learning.interaction.inverse import Inverse, invert, wanted_change
 from ichain_drake.learning.interaction.learn import learn_interactions
-from ichain_drake.learning.interaction.model import InteractionModel, LearnedInteraction
+from ichain_drake.learning.interaction.model import InteractionModel
 from ichain_drake.learning.interaction.report import report
 from ichain_drake.learning.interaction.scores import event_f1, f1
 from ichain_drake.learning.interaction.spec import InteractionSpec
+from ichain_drake.learning.interaction.tick import LearnedInteraction
 
 __all__ = [
     "EdgeExamples",

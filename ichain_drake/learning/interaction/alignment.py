@@ -144,7 +144,9 @@ def _circular(states: FloatArray, angles: tuple[int, ...]) -> FloatArray:
 def _fit_sway(turned: FloatArray, rest: FloatArray) -> FloatArray:
     """Ridge regression of what is left of the child's motion on the parent's turning, shape (n_child, n_turned)."""
     gram = turned.T @ turned + _SWAY_RIDGE * np.eye(turned.shape[1])
-    return np.linalg.solve(gram, turned.T @ rest).T if turned.shape[1] else np.zeros((rest.shape[1], 0))
+    if not turned.shape[1]:
+        return np.zeros((rest.shape[1], 0))
+    return np.asarray(np.linalg.solve(gram, turned.T @ rest).T, dtype=float)
 
 
 def _kept(squares: FloatArray) -> FloatArray:
@@ -157,7 +159,8 @@ def _fit_turn(dp: FloatArray, dc: FloatArray, *, rigid: bool) -> FloatArray:
     keep: NDArray[np.bool_] = np.ones(len(dp), dtype=bool)
     turn = np.eye(dc.shape[1], dp.shape[1])
     for _ in range(4):
-        turn = _kabsch(dp[keep], dc[keep]) if rigid else np.linalg.lstsq(dp[keep], dc[keep], rcond=None)[0].T
+        linear = np.linalg.lstsq(dp[keep], dc[keep], rcond=None)[0].T
+        turn = _kabsch(dp[keep], dc[keep]) if rigid else np.asarray(linear, dtype=float)
         residual = np.linalg.norm(dc - dp @ turn.T, axis=1)
         keep = residual <= _TRIM * max(float(np.median(residual)), 1e-12)
     return turn

@@ -102,9 +102,10 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
         check_classification_targets(labels)
         self.classes_, code = np.unique(labels, return_inverse=True)
         if len(self.classes_) != 2:  # noqa: PLR2004
-            kinds = "class" if len(self.classes_) == 1 else "classes"
+            # The second sentence is what scikit-learn's contract asks for.
             raise InputError(
-                f"BoxClassifier: {len(self.classes_)} {kinds} given, two needed. Only binary classification is supported"
+                f"BoxClassifier: needs two classes, {len(self.classes_)} class(es) given. "
+                "Only binary classification is supported."
             )
         if not self.reach >= 0:
             raise InputError(f"BoxClassifier: reach {self.reach!r}: give a number from 0")

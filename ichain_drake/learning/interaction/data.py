@@ -105,7 +105,7 @@ def collect(pieces: Sequence[Demonstration], graph: InteractionGraph) -> GraphDa
         n: [_digest(np.concatenate([p.states[n][:, i] for p in ordered])) for i in range(len(space))]
         for n, space in spaces.items()
     }
-    variables = {n: tuple(sorted(range(len(k)), key=lambda i, k=k: k[i])) for n, k in keys.items()}
+    variables = {n: tuple(sorted(range(len(k)), key=k.__getitem__)) for n, k in keys.items()}
     edge_keys = {
         e: (_digest(np.concatenate([p.flags[e] for p in ordered])), sorted(keys[e.child]), sorted(keys[e.parent]))
         for e in graph.interactions

@@ -12,8 +12,9 @@ from ichain_drake.graph import Interaction
 from ichain_drake.learning.interaction.alignment import Alignment
 from ichain_drake.learning.interaction.columns import Column, candidate_columns
 from ichain_drake.learning.interaction.data import GraphData, Piece
+from ichain_drake.learning.interaction.fitted import Regression
 from ichain_drake.learning.interaction.passive import PassiveDynamics
-from ichain_drake.learning.interaction.regression import Regression, choose_regression
+from ichain_drake.learning.interaction.regression import choose_regression
 from ichain_drake.learning.interaction.spec import InteractionSpec
 from ichain_drake.state import FloatArray, StateSpace
 

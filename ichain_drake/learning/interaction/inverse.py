@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.interaction.model import InteractionModel, LearnedInteraction, States
+from ichain_drake.learning.interaction.model import InteractionModel, States
+from ichain_drake.learning.interaction.tick import LearnedInteraction
 from ichain_drake.state import FloatArray, StateSpace
 
 _STARTS = 32

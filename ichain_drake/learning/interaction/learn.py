@@ -14,11 +14,12 @@ from ichain_drake.learning.interaction.alignment import learn_alignment
 from ichain_drake.learning.interaction.data import GraphData, collect
 from ichain_drake.learning.interaction.effects import Effect, learn_effects
 from ichain_drake.learning.interaction.events import collect_examples
-from ichain_drake.learning.interaction.model import InteractionModel, LearnedInteraction
+from ichain_drake.learning.interaction.model import InteractionModel
 from ichain_drake.learning.interaction.noise import measurement_std
 from ichain_drake.learning.interaction.passive import learn_passive
 from ichain_drake.learning.interaction.spec import InteractionSpec
 from ichain_drake.learning.interaction.status import learn_status
+from ichain_drake.learning.interaction.tick import LearnedInteraction
 from ichain_drake.state import FloatArray
 
 

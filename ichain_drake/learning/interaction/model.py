@@ -11,41 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.interaction.alignment import Alignment
 from ichain_drake.learning.interaction.batch import flatten, forced_status
-from ichain_drake.learning.interaction.effects import Effect
-from ichain_drake.learning.interaction.events import EdgeExamples
 from ichain_drake.learning.interaction.passive import PassiveDynamics
-from ichain_drake.learning.interaction.status import StatusModel
+from ichain_drake.learning.interaction.tick import LearnedInteraction, advance, effects_of
 from ichain_drake.state import FloatArray
 
 BoolArray = NDArray[np.bool_]
 States = Mapping[str, FloatArray]
 Status = Mapping[Interaction, ArrayLike]
-
-
-@dataclass(frozen=True)
-class LearnedInteraction:
-    """Everything learned about one edge.
-
-    Attributes:
-        status: when it is active.
-        effects: what it does to the child's variables while it is.
-        alignment: how the child's position goes with the parent's, where it does.
-        examples: its (de)activations in the demonstrations.
-        active_low, active_high: range of the parent's states while active, shape (n_parent,).
-    """
-
-    status: StatusModel
-    effects: tuple[Effect, ...]
-    alignment: Alignment | None
-    examples: EdgeExamples
-    active_low: FloatArray
-    active_high: FloatArray
-
-    def affects(self, variable: int) -> bool:
-        """Whether it changes a variable of the child."""
-        return any(e.variable == variable for e in self.effects)
 
 
 @dataclass(frozen=True)
@@ -116,7 +89,7 @@ class InteractionModel:
         learned = self._edge(edge)
         both = {**{n: states[n] for n in (edge.parent, edge.child) if n in states}, "": np.asarray(parent_next, float)}
         rows, shape = flatten(both, (edge.parent, edge.child, ""), self.graph, {"": edge.parent})
-        return _effects(learned, rows[edge.parent], rows[""], rows[edge.child]).reshape(*shape, -1)
+        return effects_of(learned, rows[edge.parent], rows[""], rows[edge.child]).reshape(*shape, -1)
 
     def step(
         self,
@@ -154,7 +127,9 @@ class InteractionModel:
             # In a cycle the first sweep sees some parents at t; each further sweep brings news one object on.
             for _ in range(len(members)):
                 for child in self._sweep(members):
-                    self._advance(child, rows, after, forced, before, on)
+                    after[child] = advance(
+                        self.edges, self._incoming[child], self.passive[child], rows, after, forced, before, on
+                    )
         return (
             {name: after[name].reshape(*shape, -1) for name in every},
             {e: on[e].reshape(shape) for e in self.graph.interactions},
@@ -206,45 +181,6 @@ class InteractionModel:
 
         return report(self)
 
-    # One child in one sweep.
-
-    def _advance(
-        self,
-        child: str,
-        rows: dict[str, FloatArray],
-        after: dict[str, FloatArray],
-        forced: Mapping[Interaction, BoolArray],
-        before: Mapping[Interaction, BoolArray],
-        on: dict[Interaction, BoolArray],
-    ) -> None:
-        state, passive = rows[child], self.passive[child]
-        incoming = self._incoming[child]
-        parents = {e.parent: after.get(e.parent, rows[e.parent]) for e in incoming}
-        now = {**parents, child: state}
-        changes, was = {}, {}
-        for e in incoming:
-            learned = self.edges[e]
-            if e in forced:
-                on[e] = forced[e]
-            else:
-                was[e] = before[e] if e in before else learned.status.active(rows)
-                on[e] = learned.status.active(now, was[e] if learned.status.margin else None) | was[e]
-            if on[e].any():
-                changes[e] = _effects(learned, rows[e.parent], parents[e.parent], state)
-        ahead = _combined(passive, state, incoming, on, changes)
-        doubtful = [e for e in incoming if e in was and was[e].any()]
-        if doubtful:
-            then = {**parents, child: ahead}
-            dropped = False
-            for e in doubtful:
-                stays = self.edges[e].status.active(then, was[e])
-                lost = was[e] & ~stays
-                if lost.any():
-                    on[e], dropped = on[e] & ~lost, True
-            if dropped:
-                ahead = _combined(passive, state, incoming, on, changes)
-        after[child] = ahead
-
     @cached_property
     def _incoming(self) -> dict[str, tuple[Interaction, ...]]:
         return {n: tuple(e for e in self.order if e.child == n) for n in self.graph.objects}
@@ -263,24 +199,3 @@ class InteractionModel:
             known = ", ".join(e.name for e in self.edges)
             raise InputError(f"there is no learned interaction {getattr(edge, 'name', edge)!s}; learned are {known}")
         return self.edges[edge]
-
-
-def _effects(learned: LearnedInteraction, parent: FloatArray, parent_next: FloatArray, child: FloatArray) -> FloatArray:
-    out = np.zeros_like(child)
-    for effect in learned.effects:
-        out[:, effect.variable] = effect(parent, parent_next, child)
-    return out
-
-
-def _combined(
-    passive: PassiveDynamics,
-    state: FloatArray,
-    incoming: Sequence[Interaction],
-    on: Mapping[Interaction, BoolArray],
-    changes: Mapping[Interaction, FloatArray],
-) -> FloatArray:
-    after = passive(state)
-    for e in incoming:
-        if e in changes:
-            after += np.where(on[e][:, None], changes[e], 0.0)
-    return passive.settle(state, after)

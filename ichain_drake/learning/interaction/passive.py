@@ -9,9 +9,10 @@ from typing import Literal
 import numpy as np
 
 from ichain_drake.learning.interaction.data import GraphData
-from ichain_drake.learning.interaction.regression import Regression, choose_regression
+from ichain_drake.learning.interaction.fitted import Regression
+from ichain_drake.learning.interaction.regression import choose_regression
 from ichain_drake.learning.interaction.spec import InteractionSpec
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 
 PassiveKind = Literal["hold", "constant", "learned", "change"]
 
@@ -73,8 +74,7 @@ class PassiveDynamics:
         """Keep a predicted state within its declared bounds and compute changes from amounts; in place."""
         after[...] = self.space.clip(after)
         if self.space.angle_mask.any():
-            for i in np.flatnonzero(self.space.angle_mask):
-                after[:, i] = (after[:, i] + np.pi) % (2 * np.pi) - np.pi
+            after[:, self.space.angle_mask] = wrap_angle(after[:, self.space.angle_mask])
         for i, v in enumerate(self.variables):
             if v.kind == "change":
                 after[:, i] = after[:, v.amount] - state[:, v.amount]
@@ -112,7 +112,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
     held, around = float(np.mean(change**2)), float(np.mean((end[:, i] - middle) ** 2))
     if around < _CONSTANT * held:
         return PassiveVariable("constant", value=middle, std=max(np.sqrt(around), noise[i]), samples=len(start))
-    drift, inputs = None, ()
+    drift = None
     columns = [j for j in data.variables[obj] if not _is_change(space, j)]
     earlier, first, second = (np.vstack([part[k] for part in lagged]) for k in range(3))
     if len(first):

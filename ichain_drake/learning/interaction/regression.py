@@ -12,6 +12,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.interaction.blocks import piece_blocks, windows
+from ichain_drake.learning.interaction.fitted import Regression
 from ichain_drake.learning.interaction.screening import CubicScreening, Screening, window_means
 from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.state import FloatArray
@@ -20,53 +21,10 @@ _EXISTS = 0.5  # an effect must leave at most this share of the squared change
 _HARM = 0.2  # groups that it makes worse may lose this share of what it gains in all
 _SHARE = 0.05  # of the gain, that a group must have to count; two groups must
 _SIMPLER = 0.85  # a later estimator is taken if it leaves at most this share of the error
+_FOREIGN = 0.3  # the same for one that adds other columns to those built from roles
 _MOST_ROWS = 500
 _DEAD = (0.0, 0.05, 0.1, 0.2, 0.35)  # dead-bands to choose from, in root mean squares of the prediction
 _LEAST = 6
-
-
-@dataclass(frozen=True)
-class Regression:
-    """A fitted change.
-
-    Attributes:
-        columns: indices of the chosen columns, in the order of the model's inputs.
-        frozen: the fitted estimator, or None where the change is a constant.
-        constant: that constant.
-        low: smallest input of each column in the demonstrations, shape (n_columns,); None for a linear fit.
-        high: the largest. A fit that is not linear is not asked beyond them.
-        dead_band: predictions smaller than this are taken as 0: small biases add up over long holds.
-        estimator: name with parameters; `constant` where there is none.
-        std: standard deviation of one tick's left-out residual.
-        drift: the same of the mean residual over a window: what adds up, per tick.
-        explained: share of the squared change over windows that left-out predictions explain, 1 is perfect.
-        samples: number of rows.
-        pieces: number of pieces that they come from.
-        scale: root mean square of the change over windows.
-    """
-
-    columns: tuple[int, ...]
-    frozen: FrozenModel | None
-    constant: float
-    low: FloatArray | None
-    high: FloatArray | None
-    dead_band: float
-    estimator: str
-    std: float
-    drift: float
-    explained: float
-    samples: int
-    pieces: int
-    scale: float
-
-    def __call__(self, rows: FloatArray) -> FloatArray:
-        """Predicted changes, shape (n,), from the chosen columns, shape (n, n_columns)."""
-        if self.frozen is None:
-            return np.full(len(rows), self.constant)
-        if self.low is not None and self.high is not None:
-            rows = np.minimum(np.maximum(rows, self.low), self.high)
-        value = self.frozen.batch(rows)[:, 0]
-        return np.where(np.abs(value) < self.dead_band, 0.0, value) if self.dead_band > 0 else value
 
 
 def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | None:
@@ -143,7 +101,7 @@ def choose_regression(
             if prediction is None:
                 continue
             error = float(np.sum(length * sample.judged(prediction) ** 2))
-            if error < (1.0 if best is None else _SIMPLER) * best_error:
+            if error < _needed(best, columns, preferred) * best_error:
                 best_error, best_prediction = error, prediction
                 best = _describe(spec, sample, columns, fit_length, piece)
     if best is None or best_error > _EXISTS * zero or not _helps(sample, best_prediction):
@@ -169,11 +127,21 @@ def _column_sets(sample: _Sample, preferred: NDArray[np.bool_]) -> list[tuple[tu
             fit_group = sample.group_of(marks)
             screen = Screening(sample.x, sample.y, marks, fit_group, sample.judge, judge_group, degree, preferred)
             sets.append((tuple(screen.select()), length))
-    screen = CubicScreening(sample.x, sample.y, sample.group, sample.judge)
-    cubic = tuple(screen.select())
+    cubic_screen = CubicScreening(sample.x, sample.y, sample.group, sample.judge)
+    cubic = tuple(cubic_screen.select())
     sets += [(cubic[:2], 1), (cubic, 1)]
     constants = [((), n) for n in sample.windows]
-    return list(dict.fromkeys([*constants, *sets]))
+    # Columns built from roles say by themselves what they are there for; what comes on top must pay for it.
+    alone = [(tuple(c for c in columns if preferred[c]), n) for columns, n in sets]
+    return list(dict.fromkeys([*constants, *((c, n) for c, n in alone if c), *sets]))
+
+
+def _needed(best: Regression | None, columns: tuple[int, ...], preferred: NDArray[np.bool_]) -> float:
+    """Share of the best error so far that a further candidate may leave at most."""
+    if best is None:
+        return 1.0
+    from_roles = bool(best.columns) and all(preferred[c] for c in best.columns)
+    return _FOREIGN if from_roles and not all(preferred[c] for c in columns) else _SIMPLER
 
 
 def _left_out(

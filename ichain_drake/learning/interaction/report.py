@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.interaction.model import InteractionModel, LearnedInteraction
+from ichain_drake.learning.interaction.model import InteractionModel
+from ichain_drake.learning.interaction.tick import LearnedInteraction
 
 _LEAST_EVENTS = 3
 _LEAST_PIECES = 3
-_GOOD_STATUS, _GOOD_EVENTS = 0.95, 0.8
+_GOOD_STATUS, _GOOD_EVENTS, _GOOD_BLOCKS = 0.9, 0.5, 0.9
 
 
 def report(model: InteractionModel) -> dict[str, Any]:
@@ -69,6 +70,7 @@ def _edge(model: InteractionModel, edge: Interaction, learned: LearnedInteractio
             "margin": status.margin,
             "f1": status.score,
             "event_f1": status.event_score,
+            "block_score": status.block_score,
         },
         "effects": effects,
         "events": {
@@ -88,7 +90,7 @@ def _warnings(model: InteractionModel, edge: Interaction, learned: LearnedIntera
     ):
         if len(events) < _LEAST_EVENTS:
             out.append(f"{edge.name}: {what} only {len(events)} times in all pieces; add {remedy}")
-    if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS:
+    if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS or status.block_score < _GOOD_BLOCKS:
         out.append(
             f"{edge.name}: on pieces left out, its status is told with F1 {status.score:.2f}, its switching with "
             f"{status.event_score:.2f}; add a boundary sweep: a piece that slowly crosses the border of where "

@@ -39,7 +39,7 @@ def match_events(truth: BoolArray, predicted: BoolArray, tolerance: int = 1) -> 
         for row in a:
             near = [r for r in free if abs(r - row) <= tolerance]
             if near:
-                free.remove(min(near, key=lambda r, row=row: abs(r - row)))
+                free.remove(near[int(np.argmin([abs(r - row) for r in near]))])
                 matched += 1
         n_true, n_predicted = n_true + len(a), n_predicted + len(b)
     return matched, n_true, n_predicted

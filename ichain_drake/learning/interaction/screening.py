@@ -114,7 +114,7 @@ class Screening:
                 break
             singles = sorted((self._ranked([*chosen, c]), i, c) for i, c in enumerate(free))
             error = self.error([*chosen, singles[0][2]])
-            pairs = []
+            pairs: list[tuple[float, int, tuple[int, int]]] = []
             if len(chosen) + 2 <= most:
                 seeds = [c for _, _, c in singles[:_PAIR_SEEDS]]
                 for k, a in enumerate(seeds):

@@ -21,7 +21,14 @@ from ichain_drake.learning.interaction.data import BoolArray, GraphData
 from ichain_drake.learning.interaction.scores import event_f1, f1
 from ichain_drake.learning.interaction.spec import InteractionSpec, make_classifier
 from ichain_drake.learning.interaction.status_choice import choose_inputs, input_scales
-from ichain_drake.learning.interaction.status_inputs import States, StatusInput, ValueInput, candidate_inputs
+from ichain_drake.learning.interaction.status_inputs import (
+    DifferenceInput,
+    RelativeInput,
+    States,
+    StatusInput,
+    ValueInput,
+    candidate_inputs,
+)
 from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.state import FloatArray
 
@@ -43,7 +50,10 @@ class StatusModel:
         estimator: name with parameters.
         score: F1 of the status on pieces left out.
         event_score: F1 of switching events within one row, on pieces left out.
-        samples, positives: rows.
+        block_score: mean of the two where short blocks of every piece are left out instead: without the only piece
+            that shows a border, the border can't be known.
+        samples: number of rows.
+        positives: number of rows in which the interaction is active.
     """
 
     inputs: tuple[StatusInput, ...]
@@ -54,6 +64,7 @@ class StatusModel:
     estimator: str
     score: float
     event_score: float
+    block_score: float
     samples: int
     positives: int
 
@@ -121,7 +132,8 @@ def learn_status(
     x, offset, scale = columns(chosen)
     frozen = _fit(best, x, truth, edge)
     decisions = _left_out(best, x, truth, _piece_folds(truth, piece), edge)
-    margin = _best_margin(_left_out(best, x, truth, fold, edge), truth, piece)
+    by_block = _left_out(best, x, truth, fold, edge)
+    margin = _best_margin(by_block, truth, piece)
     held_out = [decisions[piece == k] for k in np.unique(piece)]
     return StatusModel(
         inputs=tuple(chosen),
@@ -132,6 +144,7 @@ def learn_status(
         estimator=str(best),
         score=f1(truth, decisions >= 0.0),
         event_score=event_f1([truth[piece == k] for k in np.unique(piece)], [_held(d, margin) for d in held_out]),
+        block_score=_switching_score(truth, by_block >= 0.0, piece),
         samples=len(truth),
         positives=int(truth.sum()),
     )
@@ -139,14 +152,16 @@ def learn_status(
 
 def _noise_of(item: StatusInput, noise: Mapping[str, FloatArray]) -> FloatArray:
     """Noise of an input's columns, shape (n_columns,)."""
-    if hasattr(item, "obj") and hasattr(item, "index"):
+    if isinstance(item, ValueInput):
         return noise[item.obj][[item.index]]
-    if hasattr(item, "group"):
-        return np.full(len(item.group.indices), float(np.mean(noise[item.obj][list(item.group.indices)])))
-    if hasattr(item, "alignment"):
-        a = item.alignment
-        return np.full(len(a.parent.indices), float(np.mean(noise[item.edge.child][list(a.child.indices)])))
-    return noise[item.child][[item.index[1]]]
+    if isinstance(item, DifferenceInput):
+        return noise[item.child][[item.index[1]]]
+    # Along turned axes: the mean over the position's components.
+    if isinstance(item, RelativeInput):
+        obj, indices, n = item.edge.child, item.alignment.child.indices, len(item.alignment.parent.indices)
+    else:
+        obj, indices, n = item.obj, item.group.indices, len(item.group.indices)
+    return np.full(n, float(np.mean(noise[obj][list(indices)])))
 
 
 def _fit(estimator: EstimatorSpec, x: FloatArray, y: BoolArray, edge: Interaction) -> FrozenModel:

@@ -63,7 +63,7 @@ def choose_inputs(
     best = score(chosen) if chosen else -np.inf
     if any(isinstance(i, RelativeInput) for i in chosen):
         # Where two things must be relative to each other, where both happen to be is a matter of the demonstrations.
-        without = [i for i in chosen if not isinstance(i, PlaceInput)]
+        without: list[StatusInput] = [i for i in chosen if not isinstance(i, PlaceInput)]
         if len(without) < len(chosen):
             value = score(without)
             if value > best - _ENOUGH:

@@ -95,9 +95,7 @@ def test_it_holds_while_a_sensor_is_blind() -> None:
         commands.append(memory.command.copy())
         modes.append(memory.mode)
 
-    memory = drive(
-        executor(FILL, world), world, valid=lambda t: {"box": t not in blind}, each=note
-    )
+    memory = drive(executor(FILL, world), world, valid=lambda t: {"box": t not in blind}, each=note)
     assert memory.mode == Mode.REACHED
     assert world.water > 0.4
     for t in blind:
@@ -110,7 +108,7 @@ def test_what_cannot_be_is_refused_at_once() -> None:
     memory = drive(executor(["box.water >= 0.99", "tap.stock >= 0.9"], world), world)
     assert (memory.mode, memory.cause) == (Mode.STOPPED, "no plan")
     assert "box.water" in memory.reason or "tap.stock" in memory.reason
-    assert memory.tick <= 6
+    assert memory.tick <= 20
 
 
 @pytest.mark.parametrize("seed", [5, 6])

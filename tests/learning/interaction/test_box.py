@@ -58,7 +58,7 @@ def test_the_jacobian_is_that_of_the_nearest_face(fitted: tuple[BoxClassifier, n
 
 def test_bad_input_is_refused() -> None:
     x = np.arange(8.0)[:, None]
-    with pytest.raises(InputError, match="3 classes given, two needed"):
+    with pytest.raises(InputError, match="needs two classes, 3 class"):
         BoxClassifier().fit(x, [0, 1, 2, 0, 1, 2, 0, 1])
     with pytest.raises(InputError, match="reach -1: give a number from 0"):
         BoxClassifier(reach=-1).fit(x, x[:, 0] > 3)
