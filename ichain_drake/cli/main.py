@@ -78,6 +78,7 @@ def list_scenarios() -> None:
 @click.option("--path", type=PATH, metavar="FILE.csv", help="follow this path: columns x, y")
 @click.option("--paths", metavar="NAME ...", multiple=True, help="reference paths to follow")
 @click.argument("more", nargs=-1, metavar="")
+@click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
 @_options("library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
@@ -91,6 +92,7 @@ def run(
     path: Path | None,
     paths: tuple[str, ...],
     more: tuple[str, ...],
+    goal: tuple[str, ...],
     demos: Path | None,
     library: Path | None,
     record: Path | None,
@@ -100,13 +102,47 @@ def run(
     settings: tuple[str, ...],
 ) -> int:
     """Do the whole main job: demonstrations, learning, control, report, playback."""
+    from ichain_drake.cli.graph import run_goal_scenario
     from ichain_drake.cli.run import RunFiles, run_path_scenario
+    from ichain_drake.scenarios import PathScenario
 
-    if more and not paths:
-        raise IchainError(f"unexpected argument {more[0]!r}; names of paths go behind --paths")
-    loaded = _path_scenario(scenario, settings, physics, seed, "run")
+    if more and not (paths or goal):
+        raise IchainError(f"unexpected argument {more[0]!r}; names of paths go behind --paths, goals behind --goal")
+    loaded = _scenario(scenario, settings, physics, seed)
     files = RunFiles(output or Path("runs") / f"{scenario}-{physics}-{seed}", record, report)
+    if not isinstance(loaded, PathScenario):
+        if path is not None or paths or library is not None:
+            raise IchainError(f"{scenario} is asked for a goal: --path, --paths and --library are not for it")
+        return run_goal_scenario(loaded, files, [*goal, *more], demos)
+    if goal:
+        raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
     return run_path_scenario(loaded, files, path, [*paths, *more], demos, library, oracle=oracle)
+
+
+@app.command()
+@_options("scenario")
+@click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
+@click.argument("more", nargs=-1, metavar="")
+@_options("physics", "seed")
+@click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
+@_options("settings")
+def plan(
+    scenario: str,
+    goal: tuple[str, ...],
+    more: tuple[str, ...],
+    physics: str,
+    seed: int,
+    demos: Path | None,
+    settings: tuple[str, ...],
+) -> int:
+    """Print the plan for a goal over an interaction graph, or why there is none."""
+    from ichain_drake.cli.graph import print_plan
+    from ichain_drake.scenarios import PathScenario
+
+    loaded = _scenario(scenario, settings, physics, seed)
+    if isinstance(loaded, PathScenario):
+        raise IchainError(f"{scenario} follows paths; `ichain plan` is for scenarios with a goal")
+    return print_plan(loaded, [*goal, *more], demos)
 
 
 @app.command()
@@ -116,15 +152,21 @@ def run(
 def teach(scenario: str, output: Path, physics: str, seed: int, settings: tuple[str, ...]) -> None:
     """Record the scripted demonstrations."""
     from ichain_drake.cli.console import Reporter
+    from ichain_drake.scenarios import PathScenario, graph_run, path_run
     from ichain_drake.scenarios.path_output import prepare_folder
-    from ichain_drake.scenarios.path_run import PathRun, check_settings, record_pieces
 
-    loaded = _path_scenario(scenario, settings, physics, seed, "teach")
-    check_settings(loaded)
+    loaded = _scenario(scenario, settings, physics, seed)
+    started: path_run.PathRun | graph_run.GraphRun
+    if isinstance(loaded, PathScenario):
+        path_run.check_settings(loaded)
     prepare_folder(output)
     with Reporter() as say:
-        started = PathRun(loaded)
-        record_pieces(started, output, say)
+        if isinstance(loaded, PathScenario):
+            started = path_run.PathRun(loaded)
+            path_run.record_pieces(started, output, say)
+        else:
+            started = graph_run.GraphRun(loaded, ())
+            graph_run.record_pieces(started, output, say)
     for piece in started.pieces:
         print(f"written: {output / piece.name}.parquet, {len(piece)} rows")
 

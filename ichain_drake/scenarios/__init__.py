@@ -10,9 +10,10 @@ from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import PathScenario, Scenario
 from ichain_drake.scenarios.build import build_world
 from ichain_drake.scenarios.car_game import CarGame
+from ichain_drake.scenarios.water_dispenser import WaterDispenser
 
 # A new scenario: one file, its YAML under models/scenarios, and one line here.
-SCENARIOS: dict[str, type[Scenario]] = {CarGame.name: CarGame}
+SCENARIOS: dict[str, type[Scenario]] = {CarGame.name: CarGame, WaterDispenser.name: WaterDispenser}
 
 
 def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> Scenario:
@@ -34,4 +35,4 @@ def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "
     return SCENARIOS[name](overrides, physics, seed)
 
 
-__all__ = ["SCENARIOS", "CarGame", "PathScenario", "Scenario", "build_world", "load_scenario"]
+__all__ = ["SCENARIOS", "CarGame", "PathScenario", "Scenario", "WaterDispenser", "build_world", "load_scenario"]

@@ -88,10 +88,12 @@ class WaterDispenserConfig(ScenarioConfig):
     """Configuration of the water dispenser.
 
     Attributes:
+        goal: what `run` and `plan` ask for where the command line says nothing else; see `make_goal`.
         camera_shift: the robot frame's origin in the camera frame [m].
         start, mishap: see there.
     """
 
+    goal: list[str] = field(default_factory=list)
     camera_shift: list[float] = field(default_factory=lambda: [0.03, -0.02, -0.05])
     start: StartConfig = field(default_factory=StartConfig)
     mishap: MishapConfig = field(default_factory=MishapConfig)

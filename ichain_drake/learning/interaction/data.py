@@ -100,7 +100,7 @@ def collect(pieces: Sequence[Demonstration], graph: InteractionGraph) -> GraphDa
     check_flags(names, flags)
     check_contradictions(names, flags, {n: [p.states[n] for p in read] for n in spaces}, graph)
 
-    ordered = tuple(sorted(read, key=_piece_key))
+    ordered = tuple(sorted(read, key=lambda p: _piece_key(p, graph.root)))
     keys = {
         n: [_digest(np.concatenate([p.states[n][:, i] for p in ordered])) for i in range(len(space))]
         for n, space in spaces.items()
@@ -118,6 +118,8 @@ def _digest(values: NDArray) -> str:
     return hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest()
 
 
-def _piece_key(piece: Piece) -> list[str]:
-    columns = [_digest(column) for states in piece.states.values() for column in states.T]
-    return sorted(columns + [_digest(f) for f in piece.flags.values()])
+def _piece_key(piece: Piece, root: str) -> tuple[list[str], list[str]]:
+    """The root and the flags first: no camera turns their numbers, so that it doesn't reorder the pieces either."""
+    own = [_digest(column) for column in piece.states[root].T] + [_digest(f) for f in piece.flags.values()]
+    others = [_digest(column) for name, states in piece.states.items() if name != root for column in states.T]
+    return sorted(own), sorted(others)

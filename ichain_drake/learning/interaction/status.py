@@ -33,6 +33,7 @@ from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.state import FloatArray
 
 _FOLDS = 5
+_BLOCKS = (7, 10, 14)  # rows
 _MARGINS = (0.0, 0.05, 0.1, 0.2)
 _GAIN = 0.005  # of the score, for hysteresis
 _CLEARLY = 0.05  # of the score, to prefer a later estimator: less is one event more or less
@@ -112,21 +113,28 @@ def learn_status(
     values = {id(i): i(states) for i in (*ends, *others)}
     floors = {id(i): _noise_of(i, noise) for i in (*ends, *others)}
     fold = interleaved_blocks(piece, _FOLDS)
+    # How the rows happen to fall into folds must not choose: several ways of cutting blocks vote.
+    cuts = [interleaved_blocks(piece, _FOLDS, length) for length in _BLOCKS]
 
     def columns(inputs: Sequence[StatusInput]) -> tuple[FloatArray, FloatArray, FloatArray]:
         raw = np.hstack([values[id(i)] for i in inputs])
         offset, scale = input_scales(raw, truth, np.concatenate([floors[id(i)] for i in inputs]))
         return (raw - offset) / scale, offset, scale
 
-    def score(inputs: Sequence[StatusInput], estimator: EstimatorSpec = spec.status_estimators[0]) -> float:
-        return _switching_score(truth, _left_out(estimator, columns(inputs)[0], truth, fold, edge) >= 0.0, piece)
+    def scored(inputs: Sequence[StatusInput], estimator: EstimatorSpec, folds: Sequence[NDArray[np.intp]]) -> float:
+        x = columns(inputs)[0]
+        values = [_switching_score(truth, _left_out(estimator, x, truth, f, edge) >= 0.0, piece) for f in folds]
+        return float(np.mean(values))
+
+    def score(inputs: Sequence[StatusInput]) -> float:
+        return scored(inputs, spec.status_estimators[0], [fold])
 
     caused = [i for i in ends if isinstance(i, ValueInput) and i.obj == edge.child and i.index in affected]
     causes = [i for i in ends if i not in caused]
     chosen = choose_inputs(causes, [*caused, *others], values, truth, piece, score)
     best, best_score = spec.status_estimators[0], -np.inf
     for candidate in spec.status_estimators:
-        value = score(chosen, candidate)
+        value = scored(chosen, candidate, cuts)
         if value > best_score + _CLEARLY:
             best, best_score = candidate, value
     x, offset, scale = columns(chosen)
