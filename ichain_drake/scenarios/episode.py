@@ -12,6 +12,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from ichain_drake.control.path import TimedPath
 from ichain_drake.control.systems import Controller, PathFollower
+from ichain_drake.scenarios.interruption import deferred_interrupt
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
@@ -134,9 +135,15 @@ class Episode:
             Whether `stop` ended it.
         """
         start = round(self.context.get_time() / TICK)
+        with deferred_interrupt() as pressed:
+            return self._run(start, ticks, stop, pressed)
+
+    def _run(self, start: int, ticks: int, stop: Callable[[Episode], bool] | None, pressed: Callable[[], bool]) -> bool:
         for tick in range(start, start + ticks):
             # Counted in frames: a number of ticks may end a rounding error before its last frame.
             self.simulator.AdvanceTo((tick + 1) * FRAMES_PER_TICK * FRAME)
+            if pressed():
+                raise KeyboardInterrupt
             if stop is not None and stop(self):
                 return True
         return False

@@ -139,7 +139,10 @@ def test_a_bad_setting_is_refused_before_anything_is_recorded(setting, refused, 
     ("settings", "words"),
     [
         (["learning.samples=9"], ["hand->joystick", "9 transitions are too few", "record at least 10"]),
-        (["learning.samples=12"], ["record a longer piece"]),
+        (
+            ["learning.samples=12", "learning.estimator=polynomial(degree=4)"],
+            ["n_samples = 12 for degree 4", "lower the degree"],
+        ),
         (
             ["learning.samples=40", "learning.estimator=polynomial(degree=7)"],
             ["joystick->car", "n_samples = 40 for degree 7", "record more demonstrations or lower the degree"],

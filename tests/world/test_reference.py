@@ -1,7 +1,7 @@
 """The numpy reference of the world against the diagram, and against itself in batches."""
 
 import numpy as np
-from small_world import HOME, Rig, car_world, hand_frames, random_commands
+from small_car_world import HOME, Rig, car_world, hand_frames, random_commands
 
 from ichain_drake.noise import NoiseStream
 from ichain_drake.world import WorldReference

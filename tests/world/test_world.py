@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from small_world import HOME, MOUNT, Rig, car_world, hand_spec, random_commands
+from small_car_world import HOME, MOUNT, Rig, car_world, hand_spec, random_commands
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
