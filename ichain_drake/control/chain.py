@@ -173,7 +173,7 @@ def make_controller(
 
 
 def _best(options: Sequence[Choice]) -> Choice:
-    """By validation; without any success in it, the best cross-validation score, or the middle one of several weights."""
+    """By validation; without any success in it, by cross-validation score, or the middle one of several weights."""
     valid = [o for o in options if np.isfinite(o.error)]
     if valid:
         return min(valid, key=lambda o: o.error)

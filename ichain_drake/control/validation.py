@@ -80,8 +80,8 @@ def make_cases(chain: LearnedChain, limits: PathLimits, count: int, ticks: int, 
             break
     if not cases:
         raise InputError(
-            f"no part of the demonstrations of {chain.names[-1]} can be a validation path: it hardly moves or turns too "
-            f"sharply for {limits.speed:g} a second; record a longer piece"
+            f"no part of the demonstrations of {chain.names[-1]} can be a validation path: it hardly moves or turns "
+            f"too sharply for {limits.speed:g} a second; record a longer piece"
         )
     return cases
 

@@ -24,7 +24,7 @@ def planar_poses(space: StateSpace) -> list[tuple[int, int, int]]:
     poses = []
     frames = dict.fromkeys(v.role.frame for v in space.variables if v.role and v.role.kind == "orientation")
     for frame in frames:
-        found = {
+        found: dict[tuple[str, str], int] = {
             (v.role.kind, v.role.axis): i for i, v in enumerate(space.variables) if v.role and v.role.frame == frame
         }
         keys = (("position", "x"), ("position", "y"), ("orientation", "z"))

@@ -123,9 +123,7 @@ def _fit(
     spec: EstimatorSpec, inputs: FloatArray, outputs: FloatArray, where: str
 ) -> tuple[FrozenModel, float, FloatArray]:
     if len(inputs) < 2 * _FOLDS:
-        raise InputError(
-            f"{where}: {len(inputs)} transitions are too few for {spec}; record at least {2 * _FOLDS}"
-        )
+        raise InputError(f"{where}: {len(inputs)} transitions are too few for {spec}; record at least {2 * _FOLDS}")
     try:
         estimator = for_outputs(spec.make(), outputs.shape[1]).fit(inputs, outputs)
         std = cross_validated_std(estimator, inputs, outputs)

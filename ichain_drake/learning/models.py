@@ -154,8 +154,5 @@ class InverseModel:
     def __call__(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
         """Parent states that bring about the wanted states, shape (n, n_parent)."""
         inputs = self.inputs(child, wanted)
-        if len(inputs) == 1:
-            answer = self.frozen.value(inputs[0])[None]
-        else:
-            answer = self.frozen.batch(inputs)
+        answer = self.frozen.value(inputs[0])[None] if len(inputs) == 1 else self.frozen.batch(inputs)
         return np.clip(answer, self.lower, self.upper)

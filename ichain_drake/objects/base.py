@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem, State
@@ -218,7 +218,7 @@ class WorldObject(LeafSystem):
     ) -> FloatArray:
         frame = int(self._value(context, self._clock)[0])
         noise = self._process_noise.at(frame) * self.settings.noise_scale
-        active = {p: np.float64(on) for p, on in modes.items()}
+        active: dict[str, Any] = {p: np.float64(on) for p, on in modes.items()}
         stepped = self.step(state, parents, active, noise, FRAME)
         if not np.isfinite(stepped).all():
             bad = self.state_space.names[int(np.argmin(np.isfinite(stepped)))]

@@ -57,9 +57,7 @@ class Cup(WorldObject):
     @staticmethod
     def space(givers: Sequence[str] = ("tank",)) -> StateSpace:
         """The state space of a cup that certain tanks dispense into."""
-        pose = [
-            Variable(a, "m", role=Role("position", CAMERA, a), measured_in="plant") for a in ("x", "y", "z")
-        ]
+        pose = [Variable(a, "m", role=Role("position", CAMERA, a), measured_in="plant") for a in ("x", "y", "z")]
         tilt = Variable(
             "tilt", "rad", -math.pi, math.pi, "angle", Role("orientation", CAMERA, "x"), measured_in="plant"
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -79,7 +80,7 @@ class ArmKinematics:
         self._bearing_sign = round(axis) if abs(axis) > 0.99 else 0  # vertical, but for rounding
         self._base = joints[0].frame_on_parent().CalcPoseInWorld(self._context).translation()
 
-    def _first_axis(self, joint: object) -> float:
+    def _first_axis(self, joint: Any) -> float:
         if not hasattr(joint, "revolute_axis"):
             return 0.0
         rotation = joint.frame_on_parent().CalcRotationMatrixInWorld(self._context).matrix()

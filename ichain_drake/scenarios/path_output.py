@@ -28,9 +28,7 @@ def prepare_folder(folder: Path) -> None:
         with tempfile.NamedTemporaryFile(dir=folder, prefix=".ichain-"):
             pass
     except OSError as error:
-        raise InputError(
-            f"{folder}: can't write there ({error.strerror or error}); give a writable folder"
-        ) from None
+        raise InputError(f"{folder}: can't write there ({error.strerror or error}); give a writable folder") from None
 
 
 def prepare_file(file: Path) -> None:
@@ -137,6 +135,4 @@ def write_recording(run: PathRun, file: Path) -> None:
         InputError: if the file can't be written.
     """
     if run.results:
-        write_playback(
-            make_recording(run), run.scenario.drawings(), file, plant=run.scenario.drawn_plant()
-        )
+        write_playback(make_recording(run), run.scenario.drawings(), file, plant=run.scenario.drawn_plant())

@@ -1,4 +1,4 @@
-"""`relearn`: what the factoring is for. One link is learned anew, the others are kept (paper sec. IV, last paragraph)."""
+"""`relearn`: what the factoring is for: one link is learned anew, the others are kept (paper sec. IV, its end)."""
 
 from __future__ import annotations
 
@@ -88,9 +88,7 @@ def _chain(
     )
 
 
-def _row(
-    scenario: PathScenario, way: str, chain: LearnedChain, edges: Sequence[str], say: Progress
-) -> dict[str, Any]:
+def _row(scenario: PathScenario, way: str, chain: LearnedChain, edges: Sequence[str], say: Progress) -> dict[str, Any]:
     say(f"following the paths, learned anew: {way}")
     control = scenario.config.control
     controller = make_controller(chain, control.method, scenario.path_limits(), control.candidates())

@@ -166,9 +166,7 @@ def control_report(controller: ChainController) -> dict[str, Any]:
     return {
         "method": controller.method,
         "chosen": controller.choice.label,
-        "validation": {
-            o.label: None if not np.isfinite(o.error) else o.error for o in controller.options
-        },
+        "validation": {o.label: None if not np.isfinite(o.error) else o.error for o in controller.options},
     }
 
 

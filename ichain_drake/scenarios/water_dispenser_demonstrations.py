@@ -139,7 +139,7 @@ class _Script:
     ) -> tuple[DispenserStart, Teleoperation]:
         # The two waters differ in temperature, so that one sees them mix.
         warm = self.uniform(0.6, 0.9)
-        start = self.start(self.forward(), temperature=1.0 - warm, tank_temperature=warm, **content)
+        start = self.start(self.forward(), temperature=1.0 - warm, tank_temperature=warm, **content)  # type: ignore[arg-type]
         hand, off = Teleoperation(start.hand), self.slack()
         hand.fetch(start.cup, 0.0, off).carry_over_inlet(off)
         hand.by(self.uniform(-0.015, 0.015), self.uniform(-0.015, 0.015), self.uniform(0.0, 0.015))
@@ -211,22 +211,28 @@ class _Script:
 
     def dispense_long(self) -> tuple[DispenserStart, Teleoperation]:
         warm = {"temperature": self.uniform(0.0, 0.2), "tank_temperature": self.uniform(0.7, 0.95)}
-        start = self.start(
-            self.down(), True, water=self.uniform(0.0, 0.1), tank_amount=self.uniform(0.6, 0.75), **warm
-        )
+        start = self.start(self.down(), True, water=self.uniform(0.0, 0.1), tank_amount=self.uniform(0.6, 0.75), **warm)
         return start, self._hold(Teleoperation(start.hand), LAYOUT.dispense, 38).turn(FORWARD)
 
     def dispense_levels(self) -> tuple[DispenserStart, Teleoperation]:
         start = self.start(
-            self.down(), True, water=self.uniform(0.2, 0.3), temperature=self.uniform(0.7, 0.9),
-            tank_amount=self.uniform(0.8, 0.95), tank_temperature=self.uniform(0.1, 0.3),
+            self.down(),
+            True,
+            water=self.uniform(0.2, 0.3),
+            temperature=self.uniform(0.7, 0.9),
+            tank_amount=self.uniform(0.8, 0.95),
+            tank_temperature=self.uniform(0.1, 0.3),
         )
         return start, self._levels(Teleoperation(start.hand), LAYOUT.dispense)
 
     def dispense_edges(self) -> tuple[DispenserStart, Teleoperation]:
         start = self.start(
-            self.down(), True, water=self.uniform(0.1, 0.2), temperature=self.uniform(0.0, 0.3),
-            tank_amount=self.uniform(0.8, 0.95), tank_temperature=self.uniform(0.6, 0.9),
+            self.down(),
+            True,
+            water=self.uniform(0.1, 0.2),
+            temperature=self.uniform(0.0, 0.3),
+            tank_amount=self.uniform(0.8, 0.95),
+            tank_temperature=self.uniform(0.6, 0.9),
         )
         return start, self._edges(Teleoperation(start.hand), LAYOUT.dispense)
 
@@ -251,9 +257,9 @@ class _Script:
         hand.to(button[0], button[1], 0.12)
         for axis in (0, 1):
             for distance in (-0.032, -0.024, -0.020, -0.015, 0.0, 0.015, 0.020, 0.024, 0.032):
-                off = [0.0, 0.0]
-                off[axis], off[1 - axis] = distance + self.uniform(-0.0015, 0.0015), self.uniform(-0.008, 0.008)
-                hand.press(button, -5.0, off).press(button, self.uniform(0.5, 6.0), off).press(button, -5.0, off)
+                aside = [0.0, 0.0]
+                aside[axis], aside[1 - axis] = distance + self.uniform(-0.0015, 0.0015), self.uniform(-0.008, 0.008)
+                hand.press(button, -5.0, aside).press(button, self.uniform(0.5, 6.0), aside).press(button, -5.0, aside)
         off = self._off()
         for level in (-6.0, -4.5, -3.0, -2.0, -1.0, -0.5, 1.0, -1.0, -2.5, -4.0, -1.8, -3.0, 2.0, 4.2, 6.0):
             hand.press(button, level, off)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -100,7 +101,9 @@ def plot_learning_curve(
         raise InputError(f"{file}: the table has no rows; nothing to draw")
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axis = figure.subplots()
-    groups = list(table.groupby(series, sort=False)) if series in table.columns else [("", table)]
+    groups: list[tuple[Any, pd.DataFrame]] = [("", table)]
+    if series in table.columns:
+        groups = list(table.groupby(series, sort=False))
     for i, (name, rows) in enumerate(groups):
         trials = rows.groupby(x)[y]
         median, low, high = trials.median(), trials.min(), trials.max()

@@ -63,7 +63,7 @@ def save_recording(recording: Recording, file: Path) -> None:
         "episodes": episodes,
     }
     stream = io.BytesIO()
-    np.savez_compressed(stream, contents=np.array(json.dumps(contents)), **arrays)
+    np.savez_compressed(stream, contents=np.array(json.dumps(contents)), **arrays)  # type: ignore[arg-type]
     write_whole(file, stream.getvalue())
 
 

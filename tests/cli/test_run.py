@@ -143,9 +143,7 @@ def test_a_link_in_place_of_the_report_stays_a_link(ichain, small, bend_csv, tmp
     target.parent.mkdir()
     target.write_text("old")
     (tmp_path / "r.json").symlink_to(target)
-    done = ichain(
-        "run", "car_game", *small, "--path", bend_csv, "-o", tmp_path / "o", "--report", tmp_path / "r.json"
-    )
+    done = ichain("run", "car_game", *small, "--path", bend_csv, "-o", tmp_path / "o", "--report", tmp_path / "r.json")
     assert done.status == 0
     assert (tmp_path / "r.json").is_symlink()
     assert json.loads(target.read_text())["goal_reached"] is True

@@ -193,9 +193,7 @@ def test_an_output_folder_that_cannot_be_made_is_refused_at_once(ichain, small, 
 
 def test_a_folder_in_place_of_the_report_is_refused_at_once(ichain, small, bend_csv, tmp_path):
     (tmp_path / "r.json").mkdir()
-    done = ichain(
-        "run", "car_game", *small, "--path", bend_csv, "-o", tmp_path / "o", "--report", tmp_path / "r.json"
-    )
+    done = ichain("run", "car_game", *small, "--path", bend_csv, "-o", tmp_path / "o", "--report", tmp_path / "r.json")
     assert done.status == 2
     assert "r.json: is a folder" in done.line
     assert not list(tmp_path.glob("o/demonstrations/*"))

@@ -190,7 +190,9 @@ def test_a_cup_of_two_tanks_takes_from_the_one_it_stands_under_and_pours_into_th
 
 moves = st.tuples(
     st.sampled_from(["cup", "inlet", "outlet", "power", "dispense", "air"]),
-    st.floats(-2.2, 2.2), st.booleans(), st.integers(1, 25),
+    st.floats(-2.2, 2.2),
+    st.booleans(),
+    st.integers(1, 25),
 )
 
 

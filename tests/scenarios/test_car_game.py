@@ -63,6 +63,7 @@ def test_a_known_first_link_is_not_played_again():
 
 def test_another_mount_is_another_world():
     """The joystick remounted (turned 25 degrees): the same hand positions give other axes."""
+
     def axes(*settings: str) -> np.ndarray:
         play = game("learning.samples=30", "noise.scale=0", *settings).record_play(30)
         return play.table[["joystick.x_axis", "joystick.y_axis"]].to_numpy()

@@ -53,7 +53,13 @@ def whole_task(start: DispenserStart) -> np.ndarray:
 def test_the_graph_has_the_seven_interactions_of_the_paper() -> None:
     graph = WaterDispenser((), "ideal").graph
     assert {e.name for e in graph.interactions} == {
-        "hand->cup", "hand->power", "hand->dispense", "cup->tank", "dispense->tank", "power->tank", "tank->cup",
+        "hand->cup",
+        "hand->power",
+        "hand->dispense",
+        "cup->tank",
+        "dispense->tank",
+        "power->tank",
+        "tank->cup",
     }
     assert not graph.is_chain
     assert (CUP, TANK) in graph.components
@@ -149,7 +155,10 @@ def _renamed(scenario: WaterDispenser, start: DispenserStart, names: dict[str, s
     hand, cup, power, dispense, tank = (names[n] for n in (HAND, CUP, POWER, DISPENSE, TANK))
     spec = scenario.config.robot.hand
     spaces = {
-        hand: spec.space, cup: Cup.space([tank]), power: Button.state_space, dispense: Button.state_space,
+        hand: spec.space,
+        cup: Cup.space([tank]),
+        power: Button.state_space,
+        dispense: Button.state_space,
         tank: Tank.space([cup]),
     }
     edges = [(names[e.parent], names[e.child]) for e in scenario.graph.interactions]

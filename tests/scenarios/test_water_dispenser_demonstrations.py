@@ -86,10 +86,15 @@ def test_every_effect_is_shown_in_three_pieces(pieces: list[Demonstration]) -> N
         return moved
 
     for flag, column, least in (
-        ("hand->cup", "cup.z", 0.02), ("cup->tank", "tank.amount", 0.1), ("cup->tank", "tank.temperature", 0.1),
-        ("dispense->tank", "tank.amount", 0.1), ("power->tank", "tank.temperature", 0.03),
-        ("tank->cup", "cup.water", 0.1), ("tank->cup", "cup.temperature", 0.1),
-        ("hand->power", "power.level", 1.0), ("hand->dispense", "dispense.level", 1.0),
+        ("hand->cup", "cup.z", 0.02),
+        ("cup->tank", "tank.amount", 0.1),
+        ("cup->tank", "tank.temperature", 0.1),
+        ("dispense->tank", "tank.amount", 0.1),
+        ("power->tank", "tank.temperature", 0.03),
+        ("tank->cup", "cup.water", 0.1),
+        ("tank->cup", "cup.temperature", 0.1),
+        ("hand->power", "power.level", 1.0),
+        ("hand->dispense", "dispense.level", 1.0),
     ):
         assert count(flag, column, least) >= 3, f"{flag} on {column}"
 

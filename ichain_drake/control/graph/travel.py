@@ -82,8 +82,9 @@ def resting_states(model: GraphModel) -> list[FloatArray]:
     samples = {n: np.vstack([model.edges[e].examples.inactive[n] for e in mine]) for n in model.graph.objects}
     quiet = np.all([model.decide(e, samples) < 0 for e in mine], axis=0)
     rows = np.unique(samples[root][quiet], axis=0)
-    pick = np.linspace(0, len(rows) - 1, min(len(rows), 200)).round().astype(int) if len(rows) else []
-    return [rows[k] for k in pick]
+    if not len(rows):
+        return []
+    return [rows[k] for k in np.linspace(0, len(rows) - 1, min(len(rows), 200)).round().astype(int)]
 
 
 def _switches(
