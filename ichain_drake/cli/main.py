@@ -201,8 +201,7 @@ def relearn(
 
 @app.command()
 @_options("scenario")
-@click.option("--physics", default="ideal", show_default=True, help="ideal, arm or contact")
-@_options("seed")
+@_options("physics", "seed")
 @click.option("--trials", default=20, show_default=True, help="number of seeds")
 @click.option("--methods", metavar="A,B", default="", help="only these methods")
 @click.option("--jobs", default=1, show_default=True, help="processes")

@@ -10,7 +10,6 @@ import numpy as np
 from ichain_drake.control.graph.plan import States
 from ichain_drake.control.graph.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.graph.travel import jumping
-from ichain_drake.learning.interaction import invert
 from ichain_drake.state import FloatArray
 
 _CORRECTED = 5  # ticks after which a carried object is looked at anew
@@ -72,7 +71,7 @@ class Carry(Task):
         if self.ahead is None or self.looked or self.ticks % _CORRECTED == 0:
             wanted = np.full(len(space), np.nan)
             wanted[index] = error
-            self.ahead = self._inverse(view, now, wanted)
+            self.ahead = self._linearized(view, now, wanted)
         command, near = view.towards(self.ahead)
         self.looked = near
         self.still = 3 if near else 0
@@ -82,21 +81,6 @@ class Carry(Task):
         full = np.array(state, dtype=float)
         full[index] = goal
         return space.difference(full, state)[index]  # type: ignore[attr-defined]
-
-    def _inverse(self, view: View, now: States, wanted: FloatArray) -> FloatArray:
-        assert self.edge is not None
-        try:
-            answers = invert(view.model, self.edge.child, wanted, now, one_tick=False)  # type: ignore[arg-type]
-        except np.linalg.LinAlgError:  # where the models don't depend on some of the robot's variables
-            return self._linearized(view, now, wanted)
-        found = next((a for a in answers if a.edge == self.edge), None)
-        command = view.command.copy()
-        if found is not None:
-            space = view.model.graph.objects[view.model.graph.root].observable
-            for i in found.variables:
-                if not jumping(space)[i]:
-                    command[i] = found.parent[i]
-        return command
 
     def _linearized(self, view: View, now: States, wanted: FloatArray) -> FloatArray:
         """The least motion of the robot that makes a change, by the forward model's slope where it is."""
