@@ -67,7 +67,7 @@ class Carry(Task):
                 f"{self.edge.name}: {child}.{space.names[worst]} stayed {np.abs(error).max():.3g} "
                 f"{space.variables[worst].unit} off",
             )  # fmt: skip
-        # The whole way is inverted, then gone in steps; what is seen on the way corrects it now and then.
+        # The whole way is solved for, then gone in steps; what is seen on the way corrects it now and then.
         if self.ahead is None or self.looked or self.ticks % _CORRECTED == 0:
             wanted = np.full(len(space), np.nan)
             wanted[index] = error
