@@ -30,7 +30,7 @@ def evaluated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(SCENARIOS, "short_game", ShortGame)
         status = main(
-            ["evaluate", "short_game", "--methods", "default,oracle,parent_t", "--trials", "1",
+            ["evaluate", "short_game", "--physics", "ideal", "--methods", "default,oracle,parent_t", "--trials", "1",
              "--report", str(folder / "report.json"), "-o", str(folder)]
         )  # fmt: skip
     assert status == 0
@@ -72,7 +72,18 @@ def test_the_first_link_has_the_same_rows_for_any_number_of_processes(ichain, tm
     for jobs in (1, 2):
         file = tmp_path / f"{jobs}.json"
         done = ichain(
-            "evaluate", "car_game", "--methods", "first_link", "--trials", 2, "--jobs", jobs, "--report", file
+            "evaluate",
+            "car_game",
+            "--physics",
+            "ideal",
+            "--methods",
+            "first_link",
+            "--trials",
+            2,
+            "--jobs",
+            jobs,
+            "--report",
+            file,
         )
         assert done.status == 0
         assert "rms error (1)" in done.out  # the axes' unit, not pixels
@@ -90,7 +101,7 @@ def test_the_first_link_has_the_same_rows_for_any_number_of_processes(ichain, tm
 
 def test_a_report_to_stdout_is_all_there_is_on_stdout(ichain, strict_json, monkeypatch):
     monkeypatch.setitem(SCENARIOS, "short_game", ShortGame)
-    done = ichain("evaluate", "short_game", "--methods", "oracle", "--trials", 1, "--report", "-")
+    done = ichain("evaluate", "short_game", "--physics", "ideal", "--methods", "oracle", "--trials", 1, "--report", "-")
     assert done.status == 0
     assert [row["case"] for row in strict_json(done.out)["rows"]] == ["wave"]
 

@@ -79,7 +79,18 @@ def test_teach_keeps_what_was_recorded(tmp_path: Path):
 
 def test_evaluate_keeps_the_seeds_that_were_finished(tmp_path: Path):
     report = tmp_path / "report.json"
-    arguments = ["evaluate", "car_game", "--methods", "first_link", "--trials", "50", "--report", str(report)]
+    arguments = [
+        "evaluate",
+        "car_game",
+        "--physics",
+        "ideal",
+        "--methods",
+        "first_link",
+        "--trials",
+        "50",
+        "--report",
+        str(report),
+    ]
     status, out, err = interrupt(arguments, "1 of 50", 0.2)
     assert status == STATUS, err
     assert errors(err) == ["ichain: interrupted"]
