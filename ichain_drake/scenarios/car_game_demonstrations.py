@@ -8,13 +8,14 @@ import numpy as np
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from ichain_drake.objects.joystick import tilt_from_axes
+from ichain_drake.scenarios.commands import Commands
 from ichain_drake.state import FloatArray, wrap_angle
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
 HandForTilt = Callable[[FloatArray], FloatArray]
 
 
-class Player(LeafSystem):
+class Player(Commands):
     """Sends the hand to random places within reach, in steps that it can make within a tick.
 
     Args:
@@ -26,21 +27,8 @@ class Player(LeafSystem):
     """
 
     def __init__(self, middle: FloatArray, reach: float, step: float, ticks: int, seed: Sequence[int]) -> None:
-        super().__init__()
+        super().__init__(middle + _random_walk(reach, step, ticks + 1, np.random.default_rng(seed)))
         self.set_name("player")
-        self._commands = middle + _random_walk(reach, step, ticks + 1, np.random.default_rng(seed))
-        self._command = self.DeclareDiscreteState(middle)
-        self._frame = self.DeclareDiscreteState(1)
-        self.DeclareStateOutputPort("hand_command", self._command)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
-
-    def _decide(self, context: Context, state: State) -> None:
-        frame = int(context.get_discrete_state(self._frame).value()[0])
-        discrete = state.get_mutable_discrete_state()
-        discrete.set_value(self._frame, [frame + 1])
-        if frame % FRAMES_PER_TICK == 0:
-            tick = min(frame // FRAMES_PER_TICK, len(self._commands) - 1)
-            discrete.set_value(self._command, self._commands[tick])
 
 
 def _random_walk(reach: float, step: float, count: int, rng: np.random.Generator) -> FloatArray:

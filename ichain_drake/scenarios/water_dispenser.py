@@ -32,12 +32,12 @@ from ichain_drake.objects.dispenser_drawings import ButtonDrawing, CupDrawing, T
 from ichain_drake.robot import BodySpec, RobotSpec, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import Progress, Scenario
+from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.episode import Prepare
 from ichain_drake.scenarios.recorder import record
 from ichain_drake.scenarios.water_dispenser_demonstrations import script_pieces
 from ichain_drake.scenarios.water_dispenser_layout import LAYOUT, DispenserStart
-from ichain_drake.scenarios.water_dispenser_teleoperation import Commands
 from ichain_drake.visualization import HandDrawing
 from ichain_drake.world.world import World
 

@@ -12,10 +12,11 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects import Button, Cup, ObjectSettings, Tank, WorldObject
 from ichain_drake.robot import IdealHand
+from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.episode import Episode, EpisodeLog
 from ichain_drake.scenarios.water_dispenser import CUP, DISPENSE, HAND, POWER, TANK, WaterDispenser
 from ichain_drake.scenarios.water_dispenser_layout import LAYOUT, DispenserStart
-from ichain_drake.scenarios.water_dispenser_teleoperation import FORWARD, Commands, Teleoperation
+from ichain_drake.scenarios.water_dispenser_teleoperation import FORWARD, Teleoperation
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 from ichain_drake.visualization import Episode as RecordedEpisode
 from ichain_drake.visualization import Recording, Scene, write_playback
