@@ -19,6 +19,7 @@ from ichain_drake.learning.estimators import (
     OWN,
     PolynomialGaussianProcess,
     PolynomialRegressor,
+    RectifiedLinearRegressor,
     estimator_names,
     for_outputs,
     make_estimator,
@@ -30,7 +31,11 @@ from ichain_drake.learning.frozen.monomials import all_exponents
 
 def expected_failures(estimator: Any) -> dict[str, str]:
     """The one check that feeds 11 samples of 10 features: too few for degree 2, which is refused on purpose."""
-    return {"check_regressor_multioutput": "too few samples for degree 2 are refused"} if estimator.degree == 2 else {}
+    return (
+        {"check_regressor_multioutput": "too few samples for degree 2 are refused"}
+        if getattr(estimator, "degree", 1) == 2
+        else {}
+    )
 
 
 @parametrize_with_checks(
@@ -39,6 +44,7 @@ def expected_failures(estimator: Any) -> dict[str, str]:
         PolynomialRegressor(),
         PolynomialGaussianProcess(degree=1, max_iter=15),
         PolynomialGaussianProcess(max_iter=15),
+        RectifiedLinearRegressor(),
     ],
     expected_failed_checks=expected_failures,
 )
@@ -218,6 +224,22 @@ def test_fit_does_not_depend_on_the_number_of_threads(make: Any) -> None:
     assert all(np.array_equal(results[0][name], results[1][name]) for name in results[0])
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_threshold_and_the_slope_beyond_it_are_found_exactly(sign: float) -> None:
+    x = np.random.default_rng(3).uniform(-1.0, 1.0, (80, 2))
+    y = sign * np.maximum(0.0, 0.7 * x[:, 0] - 0.4 * x[:, 1] - 0.1)
+    fitted = RectifiedLinearRegressor(alpha=1e-12).fit(x, y)
+    np.testing.assert_allclose(fitted.predict(x), y, atol=1e-9)
+    assert not fitted.predict([[-1.0, 1.0]]).any()
+    np.testing.assert_array_equal(freeze(fitted).batch(x)[:, 0], fitted.predict(x))
+
+
+def test_every_output_has_a_threshold_of_its_own() -> None:
+    x = np.linspace(-1.0, 1.0, 50)[:, None]
+    y = np.column_stack([np.maximum(0.0, x[:, 0]), -np.maximum(0.0, 0.5 - x[:, 0]), np.zeros(50)])
+    np.testing.assert_allclose(RectifiedLinearRegressor(alpha=1e-12).fit(x, y).predict(x), y, atol=1e-9)
+
+
 def test_too_few_samples_for_the_degree() -> None:
     x, y = table(12, 6)
     needed = r"n_samples = 6 for degree 5 \(21 monomials\); at least 7 are needed"
@@ -243,6 +265,8 @@ def test_too_few_samples_for_the_degree() -> None:
         (PolynomialGaussianProcess(n_restarts=-1), "n_restarts -1"),
         (PolynomialGaussianProcess(search_samples=4), "search_samples 4"),
         (PolynomialGaussianProcess(max_samples=4), "max_samples 4"),
+        (RectifiedLinearRegressor(alpha=0.0), "alpha 0.0"),
+        (RectifiedLinearRegressor(max_iter=0), "max_iter 0"),
     ],
 )
 def test_parameters_out_of_range(estimator: Any, message: str) -> None:
@@ -251,7 +275,7 @@ def test_parameters_out_of_range(estimator: Any, message: str) -> None:
 
 
 def test_unfitted_own_estimators_say_so() -> None:
-    for estimator in (PolynomialRegressor(), PolynomialGaussianProcess()):
+    for estimator in (PolynomialRegressor(), PolynomialGaussianProcess(), RectifiedLinearRegressor()):
         with pytest.raises(NotFittedError):
             estimator.predict([[0.0, 0.0]])
 
@@ -264,7 +288,8 @@ def test_own_names_learn_several_outputs_and_freeze(name: str) -> None:
     rows = table(15, 20)[0]
     model = freeze(estimator, residual_std=1.0)
     np.testing.assert_allclose(model.batch(rows), estimator.predict(rows), atol=1e-8)
-    assert estimator.score(x, y) > 0.5
+    # One threshold an output is little for a product of two inputs and a sine.
+    assert estimator.score(x, y) > (0.3 if name == "rectified_linear" else 0.5)
 
 
 def test_make_estimator_passes_parameters() -> None:
@@ -283,7 +308,7 @@ def test_make_estimator_passes_parameters() -> None:
         ("sklearn.svm.SVR", {}, "there is no estimator"),
         ("os.system", {}, "there is no estimator 'os.system'"),
         ("StandardScaler", {}, "there is no estimator 'StandardScaler'"),
-        ("zzzzzzz", {}, "use polynomial, gaussian_process"),
+        ("zzzzzzz", {}, "use polynomial, rectified_linear, gaussian_process"),
         ("polynomial", {"order": 3}, "estimator polynomial has no parameter 'order'; it has degree, alphas"),
         ("Ridge", {"lambda_": 1.0}, "estimator Ridge has no parameter 'lambda_'"),
         ("MultiOutputRegressor", {}, "needs the parameter 'estimator'"),

@@ -22,6 +22,7 @@ from sklearn.utils import all_estimators, get_tags
 from ichain_drake.errors import InputError
 from ichain_drake.learning.estimators.gaussian_process import PolynomialGaussianProcess
 from ichain_drake.learning.estimators.polynomial import PolynomialRegressor
+from ichain_drake.learning.estimators.rectified import RectifiedLinearRegressor
 
 
 def _scaled(regressor: BaseEstimator) -> BaseEstimator:
@@ -67,6 +68,7 @@ def nearest_neighbours(n_neighbors: int = 8, weights: str = "distance") -> BaseE
 # A new estimator of this library: one line here.
 OWN: dict[str, Callable[..., BaseEstimator]] = {
     "polynomial": PolynomialRegressor,
+    "rectified_linear": RectifiedLinearRegressor,
     "gaussian_process": PolynomialGaussianProcess,
     "kernel_ridge": kernel_ridge,
     "mlp": mlp,
@@ -89,8 +91,8 @@ def make_estimator(name: str, /, **parameters: Any) -> BaseEstimator:
     """An unfitted estimator by plain name; nothing is imported by a path from the name.
 
     Args:
-        name: `polynomial`, `gaussian_process`, `kernel_ridge`, `mlp`, `extra_trees`, `nearest_neighbours`, or the
-            class name of a scikit-learn regressor or classifier.
+        name: `polynomial`, `rectified_linear`, `gaussian_process`, `kernel_ridge`, `mlp`, `extra_trees`,
+            `nearest_neighbours`, or the class name of a scikit-learn regressor or classifier.
         parameters: its constructor's.
 
     Raises:

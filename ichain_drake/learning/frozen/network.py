@@ -13,12 +13,34 @@ from ichain_drake.errors import InputError
 from ichain_drake.learning.frozen.model import Array, FrozenModel
 from ichain_drake.learning.frozen.scaling import FloatArray, InputScaling
 
+
+# Named functions, so that fitted estimators that hold a network can be copied to other processes.
+def _identity(a: FloatArray) -> FloatArray:
+    return a
+
+
+def _rectified(a: FloatArray) -> FloatArray:
+    return np.maximum(a, 0.0)
+
+
+def _logistic_slope(h: FloatArray) -> FloatArray:
+    return h * (1.0 - h)
+
+
+def _tanh_slope(h: FloatArray) -> FloatArray:
+    return 1.0 - h * h
+
+
+def _rectified_slope(h: FloatArray) -> FloatArray:
+    return (h > 0.0).astype(float)
+
+
 # name: (function, derivative in terms of the function's value)
 _ACTIVATIONS: dict[str, tuple[Callable[[FloatArray], FloatArray], Callable[[FloatArray], FloatArray]]] = {
-    "identity": (lambda a: a, np.ones_like),
-    "logistic": (expit, lambda h: h * (1.0 - h)),
-    "tanh": (np.tanh, lambda h: 1.0 - h * h),
-    "relu": (lambda a: np.maximum(a, 0.0), lambda h: (h > 0.0).astype(float)),
+    "identity": (_identity, np.ones_like),
+    "logistic": (expit, _logistic_slope),
+    "tanh": (np.tanh, _tanh_slope),
+    "relu": (_rectified, _rectified_slope),
 }
 
 

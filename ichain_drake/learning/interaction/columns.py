@@ -41,7 +41,8 @@ class Column:
         view: angles are seen as cosine and sine, or as they are.
         wrap: whether the variable is an angle.
         alignment: for `aligned_change`; `index` is then the axis.
-        mixes: for `mixing`: indices of the parent's intensive, the child's amount, the child's intensive.
+        mixes: for `received` and `mixing`: indices of the parent's intensive (of `mixing`), the child's amount, the
+            child's intensive (of `mixing`).
         floor: noise of a difference of the amount.
     """
 
@@ -63,6 +64,13 @@ class Column:
             assert self.alignment is not None
             return (*self.alignment.parent.indices, *self.alignment.angles)
         return (self.index, self.mixes[0]) if self.source == "mixing" else (self.index,)
+
+    def declares(self, variable: int) -> bool:
+        """Whether, by its role, a variable of the child changes by just this: carried along, received or mixed."""
+        if self.source == "aligned_change":
+            assert self.alignment is not None
+            return self.alignment.child.indices[self.index] == variable
+        return {"received": self.mixes[1], "mixing": self.mixes[2]}.get(self.source, -1) == variable
 
     def __call__(  # noqa: PLR0911 - one return a source
         self, parent: FloatArray, parent_next: FloatArray, child: FloatArray
@@ -148,7 +156,7 @@ def _transport(
         given = parent.names[i]
         for a in amounts:
             floor = float(noise[a] * np.sqrt(2.0))
-            out.append(Column("received", f"received from parent {given}", i, floor=floor))
+            out.append(Column("received", f"received from parent {given}", i, mixes=(-1, a, -1), floor=floor))
             for p in (k for k in order_p if _intensive_of(parent, k) == given):
                 for c in (k for k in order_c if _intensive_of(child, k) == child.names[a]):
                     if parent.variables[p].unit == child.variables[c].unit:

@@ -19,7 +19,7 @@ from ichain_drake.learning.interaction.spec import InteractionSpec
 from ichain_drake.state import FloatArray, StateSpace
 
 _AT_BOUND = 3.0  # noises
-_EMPTY = 6.0  # noises
+_EMPTY = 15.0  # noises: what one tick brings to less is one noise divided by another
 _LEAST_ALONE = 24  # rows in which no other interaction acts
 
 
@@ -164,6 +164,8 @@ def _fit(
         spec.effect_estimators,
         1 if passive.variables[i].kind == "constant" else spec.window,
         np.array([c.source in ("received", "mixing", "aligned_change") for c in columns]),
+        float(noise[i]),
+        [k for k, c in enumerate(columns) if c.declares(i)],
     )
     if fitted is None:
         return None

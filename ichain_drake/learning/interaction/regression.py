@@ -13,11 +13,12 @@ from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.interaction.blocks import piece_blocks, windows
 from ichain_drake.learning.interaction.fitted import Regression
-from ichain_drake.learning.interaction.screening import CubicScreening, Screening, window_means
+from ichain_drake.learning.interaction.screening import CubicScreening, RectifiedScreening, Screening, window_means
 from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.state import FloatArray
 
 _EXISTS = 0.5  # an effect must leave at most this share of the squared change
+_NOISY = 2.0  # times what noise alone gives, a change must be
 _HARM = 0.2  # groups that it makes worse may lose this share of what it gains in all
 _SHARE = 0.05  # of the gain, that a group must have to count; two groups must
 _SIMPLER = 0.85  # a later estimator is taken if it leaves at most this share of the error
@@ -25,6 +26,10 @@ _FOREIGN = 0.3  # the same for one that adds other columns to those built from r
 _MOST_ROWS = 500
 _DEAD = (0.0, 0.05, 0.1, 0.2, 0.35)  # dead-bands to choose from, in root mean squares of the prediction
 _LEAST = 6
+_OUTSTANDING = 7.0  # medians: such a change is not noise
+_LEAST_OUTSTANDING = 8  # rows
+_IDENTITY = "as declared"  # a column that is the change itself
+_JUMP = 7.0  # noises
 
 
 def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | None:
@@ -36,6 +41,16 @@ def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | 
         return freeze(spec.make().fit(x, y))
     except (InputError, ValueError, np.linalg.LinAlgError):
         return None
+
+
+_AS_IT_IS = Polynomial.from_terms(np.ones((1, 1), dtype=np.int64), np.ones((1, 1)), np.zeros(1))
+Fit = EstimatorSpec | str | None  # None: a constant
+
+
+def _whole(spec: Fit, x: FloatArray, y: FloatArray) -> FrozenModel | None:
+    if spec is None or isinstance(spec, str):
+        return None if spec is None else _AS_IT_IS
+    return _fitted(spec, x, y)
 
 
 def _is_linear(model: FrozenModel | None) -> bool:
@@ -68,6 +83,8 @@ def choose_regression(
     estimators: Sequence[EstimatorSpec],
     window: int,
     preferred: NDArray[np.bool_],
+    noise: float = 0.0,
+    declared: Sequence[int] = (),
 ) -> Regression | None:
     """Choose columns and estimator by the error on left-out pieces or blocks; None where nothing can be predicted.
 
@@ -79,6 +96,9 @@ def choose_regression(
         estimators: candidates, simpler ones first.
         window: errors are judged over so many ticks; 1 where the variable has no memory.
         preferred: columns that win ties, shape (n_columns,).
+        noise: standard deviation of a reading of the variable: a change that is not larger is none.
+        declared: columns that are the change itself by the roles of both variables: taken as they are where they
+            explain it, since their own noise would bias any fit to them.
     """
     if len(y) < _LEAST:
         return None
@@ -91,22 +111,30 @@ def choose_regression(
         return None
     length = np.array([b - a for a, b in sample.judge], dtype=float)
     zero = float(np.sum(length * sample.judged(np.zeros(len(y))) ** 2))
+    # What readings alone would give: the mean change over a window is the difference of two of them over its length.
+    by_noise = noise**2 * float(np.sum(np.ones(len(length)) if window == 1 else 2.0 / length))
+    if zero < _NOISY * by_noise:
+        return None
     best: Regression | None = None
     best_error, best_prediction = np.inf, np.zeros(len(y))
-    for columns, fit_length in _column_sets(sample, preferred):
-        # Means over windows stand for their rows only where the fit is linear.
-        names: Sequence[EstimatorSpec | None] = estimators[: 1 if fit_length > 1 else None] if columns else (None,)
-        for spec in names:
+    for column in declared:
+        error = float(np.sum(length * sample.judged(x[:, column]) ** 2))
+        if error < best_error and (error < _EXISTS * zero or _explains_jumps(x[:, column], y, noise)):
+            best_error, best_prediction = error, x[:, column]
+            best = _describe(_IDENTITY, sample, (column,), 1, piece)
+    taken = best is not None
+    for columns, fit_length, specs in () if taken else _candidates(sample, estimators, preferred):
+        for spec in specs:
             prediction = _left_out(spec, sample, columns, fit_length)
             if prediction is None:
                 continue
             error = float(np.sum(length * sample.judged(prediction) ** 2))
-            if error < _needed(best, columns, preferred) * best_error:
+            if error + by_noise < _needed(best, columns, preferred) * (best_error + by_noise):
                 best_error, best_prediction = error, prediction
                 best = _describe(spec, sample, columns, fit_length, piece)
-    if best is None or best_error > _EXISTS * zero or not _helps(sample, best_prediction):
+    if best is None or (not taken and (best_error > _EXISTS * zero or not _helps(sample, best_prediction))):
         return None
-    dead = _dead_band(sample, best_prediction) if best.frozen is not None and window > 1 else 0.0
+    dead = _dead_band(sample, best_prediction) if best.frozen is not None and window > 1 and not taken else 0.0
     residual = y - np.where(np.abs(best_prediction) < dead, 0.0, best_prediction)
     return replace(
         best,
@@ -118,8 +146,37 @@ def choose_regression(
     )
 
 
+def _explains_jumps(prediction: FloatArray, y: FloatArray, noise: float) -> bool:
+    """Whether changes that are no noise are what was predicted, in most of their square."""
+    jumps = np.abs(y) > _JUMP * noise
+    return bool(jumps.any()) and float(np.sum((y - prediction)[jumps] ** 2)) < _EXISTS * float(np.sum(y[jumps] ** 2))
+
+
+def _candidates(
+    sample: _Sample, estimators: Sequence[EstimatorSpec], preferred: NDArray[np.bool_]
+) -> list[tuple[tuple[int, ...], int, Sequence[EstimatorSpec | None]]]:
+    """Columns, window length to fit at, and how to fit; the simplest first."""
+    out: list[tuple[tuple[int, ...], int, Sequence[EstimatorSpec | None]]] = [((), n, (None,)) for n in sample.windows]
+    rectified = [e for e in estimators if e.name == "rectified_linear"]
+    smooth = [e for e in estimators if e.name != "rectified_linear"]
+    sets = _column_sets(sample, preferred)
+    if rectified:
+        out += [(columns, 1, rectified) for columns in _rectified_columns(sample)]
+    # Means over windows stand for their rows only where the fit is linear.
+    return out + [(columns, n, smooth[: 1 if n > 1 else None]) for columns, n in sets]
+
+
+def _rectified_columns(sample: _Sample) -> list[tuple[int, ...]]:
+    """Columns of a threshold beyond which there is a change, if there are rows that clearly are beyond one."""
+    size = np.abs(sample.y)
+    if np.sum(size > _OUTSTANDING * np.median(size)) < _LEAST_OUTSTANDING:
+        return []
+    chosen = RectifiedScreening(sample.x, sample.y, sample.group, sample.judge).select()
+    return [tuple(chosen[:n]) for n in range(1, len(chosen) + 1)]
+
+
 def _column_sets(sample: _Sample, preferred: NDArray[np.bool_]) -> list[tuple[tuple[int, ...], int]]:
-    """Sets of columns worth fitting, with the window length to fit at; the empty set (a constant) first."""
+    """Sets of columns worth fitting, with the window length to fit at."""
     judge_group = sample.group_of(sample.judge)
     sets: list[tuple[tuple[int, ...], int]] = []
     for degree in (1, 2):
@@ -130,10 +187,9 @@ def _column_sets(sample: _Sample, preferred: NDArray[np.bool_]) -> list[tuple[tu
     cubic_screen = CubicScreening(sample.x, sample.y, sample.group, sample.judge)
     cubic = tuple(cubic_screen.select())
     sets += [(cubic[:2], 1), (cubic, 1)]
-    constants = [((), n) for n in sample.windows]
     # Columns built from roles say by themselves what they are there for; what comes on top must pay for it.
     alone = [(tuple(c for c in columns if preferred[c]), n) for columns, n in sets]
-    return list(dict.fromkeys([*constants, *((c, n) for c, n in alone if c), *sets]))
+    return list(dict.fromkeys([*((c, n) for c, n in alone if c), *((c, n) for c, n in sets if c)]))
 
 
 def _needed(best: Regression | None, columns: tuple[int, ...], preferred: NDArray[np.bool_]) -> float:
@@ -165,7 +221,7 @@ def _left_out(
 
 
 def _describe(
-    spec: EstimatorSpec | None,
+    spec: Fit,
     sample: _Sample,
     columns: tuple[int, ...],
     fit_length: int,
@@ -173,7 +229,7 @@ def _describe(
 ) -> Regression | None:
     marks = sample.windows[fit_length]
     x, y = window_means(sample.x[:, list(columns)], marks), window_means(sample.y, marks)
-    frozen = None if spec is None else _fitted(spec, x, y)
+    frozen = _whole(spec, x, y)
     if spec is not None and frozen is None:
         return None
     weights = np.array([b - a for a, b in marks], dtype=float)

@@ -15,6 +15,8 @@ _RIDGE = 1e-3
 _SINGLE_GAIN, _PAIR_GAIN = 0.55, 0.35  # the error must fall to this share for a column, for a pair, to be taken
 _PAIR_SEEDS = 10
 _PREFERENCE = 1.03
+_BEYOND = 0.15  # of the largest target: surely beyond a threshold
+_ALTERNATIONS = 10
 
 
 def window_means(values: FloatArray, windows: Sequence[tuple[int, int]]) -> FloatArray:
@@ -182,6 +184,74 @@ class CubicScreening:
             if not errors or min(errors) > _SINGLE_GAIN * best:
                 break
             chosen, best = [*chosen, more[int(np.argmin(errors))]], min(errors)
+        return chosen
+
+
+class RectifiedScreening:
+    """The same for regressions that are zero up to a threshold and linear beyond it; see `RectifiedLinearRegressor`.
+
+    The rows beyond the threshold are found once from all rows; each left-out group starts from them. That suffices to
+    rank columns.
+
+    Args:
+        x: columns, shape (n, n_columns).
+        y: target, shape (n,).
+        group: group of each row, shape (n,).
+        judge: windows to judge by; each within one group.
+    """
+
+    def __init__(self, x: FloatArray, y: FloatArray, group: NDArray[np.intp], judge: Sequence[tuple[int, int]]) -> None:
+        scale = x.std(axis=0)
+        self.usable = np.flatnonzero(scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12))
+        self._z = (x - x.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
+        up, down = np.sum(np.maximum(y, 0.0) ** 2), np.sum(np.minimum(y, 0.0) ** 2)
+        self._y = y if up >= down else -y
+        self._first = self._y > _BEYOND * self._y.max()
+        self._judge = judge
+        self._weight = np.array([b - a for a, b in judge], dtype=float)
+        self._groups = [group == g for g in np.unique(group)]
+
+    def error(self, columns: Sequence[int]) -> float:
+        """Squared error over windows, each group left out in turn."""
+        phi = np.column_stack([self._z[:, list(columns)], np.ones(len(self._z))])
+        rows = self._first
+        for _ in range(_ALTERNATIONS):
+            beyond = phi @ self._fit(phi, rows) > 0
+            if np.array_equal(beyond, rows) or not beyond.any():
+                break
+            rows = beyond
+        prediction = np.zeros(len(phi))
+        for out in self._groups:
+            kept = rows & ~out
+            if not kept.any():
+                continue
+            w = self._fit(phi, (phi @ self._fit(phi, kept) > 0) & ~out)
+            prediction[out] = np.maximum(phi[out] @ w, 0.0)
+        return float(np.sum(self._weight * window_means(self._y - prediction, self._judge) ** 2))
+
+    def _fit(self, phi: FloatArray, rows: NDArray[np.bool_]) -> FloatArray:
+        part = phi[rows]
+        gram = part.T @ part + 1e-6 * (1.0 + len(part)) * np.eye(phi.shape[1])
+        return np.linalg.solve(gram, part.T @ self._y[rows])
+
+    def select(self, most: int = 3) -> list[int]:
+        """The best pair that begins with one of the best columns, and further ones while they help."""
+        singles = sorted((self.error([c]), int(c)) for c in self.usable)
+        if not singles:
+            return []
+        pairs = [
+            (self.error([c, d]), (c, d)) for k, (_, c) in enumerate(singles[:_PAIR_SEEDS]) for _, d in singles[k + 1 :]
+        ]
+        if not pairs or min(pairs)[0] > _SINGLE_GAIN * singles[0][0]:
+            return [singles[0][1]]
+        best, first = min(pairs)
+        chosen = list(first)
+        while len(chosen) < most:
+            more = [(self.error([*chosen, int(c)]), int(c)) for c in self.usable if c not in chosen]
+            if not more or min(more)[0] > _SINGLE_GAIN * best:
+                break
+            best = min(more)[0]
+            chosen.append(min(more)[1])
         return chosen
 
 

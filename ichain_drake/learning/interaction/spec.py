@@ -40,7 +40,10 @@ class InteractionSpec:
     """
 
     effect_estimators: tuple[EstimatorSpec, ...] = _specs(
-        "polynomial(degree=1, clip=None)", "polynomial(degree=2, clip=None)", "kernel_ridge(alpha=0.03, gamma=0.3)"
+        "polynomial(degree=1, clip=None)",
+        "rectified_linear()",
+        "polynomial(degree=2, clip=None)",
+        "kernel_ridge(alpha=0.03, gamma=0.3)",
     )
     status_estimators: tuple[EstimatorSpec, ...] = _specs(
         "box(reach=0.3)",

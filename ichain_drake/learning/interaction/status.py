@@ -131,7 +131,7 @@ def learn_status(
 
     caused = [i for i in ends if isinstance(i, ValueInput) and i.obj == edge.child and i.index in affected]
     causes = [i for i in ends if i not in caused]
-    chosen = choose_inputs(causes, [*caused, *others], values, truth, piece, score)
+    chosen = choose_inputs(causes, [*caused, *others], values, truth, piece, score, floors)
     best, best_score = spec.status_estimators[0], -np.inf
     for candidate in spec.status_estimators:
         value = scored(chosen, candidate, cuts)

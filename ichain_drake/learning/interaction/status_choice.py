@@ -18,10 +18,12 @@ from ichain_drake.state import FloatArray
 
 _QUANTILES = (0.03, 0.97)
 _LEAST = 3  # rows of each sort for a piece to say anything
+_NOISES = 3.0
 _OUTSIDE = 0.15  # share of a piece's inactive rows that an input must put outside the range of the active ones
 _PIECES = 0.6  # share of the pieces in which it must
 _NARROW = 0.5  # range while active, as a share of the whole range
-_ENOUGH = 0.01  # gain of the score for an input that is not narrow
+_ENOUGH = 0.01  # difference of the score that counts
+_WORTH = 0.03  # gain of the score for an input that is not narrow: a single event more or less is no evidence
 _MOST_EXTRA = 3
 
 
@@ -47,6 +49,7 @@ def choose_inputs(
     truth: BoolArray,
     piece: NDArray[np.intp],
     score: Callable[[Sequence[StatusInput]], float],
+    floors: Mapping[int, FloatArray],
 ) -> list[StatusInput]:
     """Choose inputs.
 
@@ -57,8 +60,9 @@ def choose_inputs(
         truth: status of each row, shape (n,).
         piece: piece of each row, shape (n,).
         score: cross-validated score of a set of inputs, higher is better.
+        floors: noise of the columns of each input by `id`, shape (k,).
     """
-    evidence = [i for i in ends if separates(values[id(i)], truth, piece)]
+    evidence = [i for i in ends if separates(values[id(i)], truth, piece, floors[id(i)])]
     chosen = [i for i in evidence if is_narrow(values[id(i)], truth)]
     best = score(chosen) if chosen else -np.inf
     if any(isinstance(i, RelativeInput) for i in chosen):
@@ -69,7 +73,7 @@ def choose_inputs(
             if value > best - _ENOUGH:
                 chosen, best = without, value
     further = [i for i in evidence if i not in chosen]
-    further += [i for i in others if separates(values[id(i)], truth, piece)]
+    further += [i for i in others if separates(values[id(i)], truth, piece, floors[id(i)])]
     if not chosen and not further:
         further = [*ends, *others]
     for _ in range(_MOST_EXTRA):
@@ -77,14 +81,14 @@ def choose_inputs(
             break
         scores = [score([*chosen, i]) for i in further]
         k = int(np.argmax(scores))
-        if scores[k] < best + _ENOUGH:
+        if scores[k] < best + _WORTH:
             break
         chosen, best = [*chosen, further.pop(k)], scores[k]
     return chosen
 
 
-def separates(columns: FloatArray, truth: BoolArray, piece: NDArray[np.intp]) -> bool:
-    """Whether an input tells active from inactive rows within most single pieces that show both."""
+def separates(columns: FloatArray, truth: BoolArray, piece: NDArray[np.intp], floor: FloatArray) -> bool:
+    """Whether an input tells active from inactive rows, by more than noise, within most pieces that show both."""
     total = hits = 0
     for k in np.unique(piece):
         on, off = columns[(piece == k) & truth], columns[(piece == k) & ~truth]
@@ -92,7 +96,7 @@ def separates(columns: FloatArray, truth: BoolArray, piece: NDArray[np.intp]) ->
             continue
         total += 1
         low, high = np.quantile(on, _QUANTILES, axis=0)
-        slack = 1e-9 + 0.05 * (high - low)
+        slack = 1e-9 + 0.05 * (high - low) + _NOISES * floor
         outside = ((off < low - slack) | (off > high + slack)).any(axis=1).mean()
         hits += bool(outside > _OUTSIDE)
     return total > 0 and hits >= max(1.0, _PIECES * total)

@@ -114,7 +114,7 @@ def test_estimators_by_name(demonstrations: list[Demonstration]) -> None:
     )
     learned = learn_interactions(demonstrations, GRAPH, spec)
     assert learned.edges[OPEN].status.estimator.startswith("DecisionTreeClassifier")
-    assert learned.edges[CARRY].effects[0].regression.estimator.startswith("Ridge")
+    assert learned.edges[PRESS].effects[0].regression.estimator.startswith("Ridge")
 
 
 @pytest.mark.parametrize(
