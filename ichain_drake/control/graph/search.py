@@ -13,7 +13,7 @@ import numpy as np
 
 from ichain_drake.control.graph.failure import Nearest
 from ichain_drake.control.graph.goals import gap, value_of
-from ichain_drake.control.graph.heuristics import Novelty, unmet_conditions
+from ichain_drake.control.graph.heuristics import Landmarks, Novelty, unmet_conditions
 from ichain_drake.control.graph.macros import Carry, Drive
 from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, span, stack
 from ichain_drake.control.graph.places import carry_targets
@@ -49,13 +49,25 @@ class SearchSettings:
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """A predicted state and the steps to it; `held` is the interaction by which an object is held at the start."""
+    """A predicted state and the steps to it.
+
+    Attributes:
+        states: predicted, shape (n_variables,) each.
+        steps: that lead there.
+        ticks: that they take.
+        unmet: indices of unmet conditions.
+        held: the interaction by which an object is held at the start.
+        open: indices of unmet conditions whose landmarks are not met either.
+        rank: see `Novelty`.
+        mark: breaks ties.
+    """
 
     states: Batch
     steps: tuple[PlanStep, ...]
     ticks: int
     unmet: tuple[int, ...]
     held: Interaction | None = None
+    open: tuple[int, ...] = ()
     rank: int = 0
     mark: tuple[float, ...] = ()
 
@@ -86,6 +98,7 @@ class Search:
         self.goal = goal
         self.surer = tuple(_inside(c, self.model) for c in goal.conditions)
         self.novelty = Novelty(model, objects)
+        self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
         self.closed: set[tuple[object, ...]] = set()
         self.nearest = Nearest(self.model, goal, start)
@@ -133,7 +146,7 @@ class Search:
             ]
             if done:
                 return min(done, key=lambda n: (len(n.unmet), n.ticks, _mark(n)))
-            queue = sorted([*reserve, *children], key=lambda n: (n.rank, len(n.unmet), n.ticks, n.mark))
+            queue = sorted([*reserve, *children], key=lambda n: (n.rank, len(n.unmet) + len(n.open), n.ticks, n.mark))
             queue = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
             layer, reserve = queue[: self.settings.width], queue[self.settings.width :]
         return self.nearest.failure(self.expansions)
@@ -161,7 +174,7 @@ class Search:
                 kept[key] = node
         self.closed |= set(kept)
         ordered = sorted((replace(n, mark=_mark(n)) for n in kept.values()), key=lambda n: (n.ticks, n.mark))
-        return [replace(n, rank=self.novelty.rank(n.states, n.unmet)) for n in ordered]
+        return [replace(n, rank=self.novelty.rank(n.states, (*n.unmet, -1, *n.open))) for n in ordered]
 
     def _carried(self, layer: Sequence[Node]) -> list[Node]:
         moves: list[tuple[Node, Carry, FloatArray]] = []
@@ -215,9 +228,9 @@ class Search:
         return PlanStep(drive.chain, wanted, until, hold, before, after, predicted=outcome.states, ticks=ticks)
 
     def _child(self, node: Node, step: PlanStep, states: Batch) -> Node:
-        child = Node(
-            states, (*node.steps, step), node.ticks + step.ticks, unmet_conditions(self.surer, states, self.model)
-        )
+        unmet = unmet_conditions(self.surer, states, self.model)
+        steps, ticks = (*node.steps, step), node.ticks + step.ticks
+        child = Node(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet))
         self.nearest.note(child.states, child.unmet, step.chain[-1])
         return child
 
