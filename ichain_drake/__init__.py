@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ichain_drake.graph import Interaction, InteractionGraph
     from ichain_drake.learned_graph import LearnedGraph, build_learned_graph
     from ichain_drake.learning.chain import LearnedChain, LearnedLink, LinkCandidates, learn_chain, learn_link
-    from ichain_drake.learning.library import check_library, list_library, load_links, save_chain
+    from ichain_drake.learning.library import check_library, list_library, load_command, load_links, save_chain
     from ichain_drake.learning.link import EstimatorSpec
     from ichain_drake.learning.models import ForwardModel, InverseModel
     from ichain_drake.objects import (
@@ -35,10 +35,22 @@ if TYPE_CHECKING:
         WorldObject,
         check_object,
     )
+    from ichain_drake.objects.gymnasium_game import (
+        ActionTerm,
+        AttributeSnapshot,
+        GameEnvironment,
+        GameSpec,
+        GymnasiumGame,
+    )
     from ichain_drake.robot import BodySpec, HandSpec, RobotSpec, SphereSurface, build_robot
     from ichain_drake.scenarios import PathScenario, Scenario, load_scenario
     from ichain_drake.scenarios.build import build_world
-    from ichain_drake.scenarios.path_run import PathResult, follow
+    from ichain_drake.scenarios.commands import Commands
+    from ichain_drake.scenarios.config import ScenarioConfig
+    from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, run_graph
+    from ichain_drake.scenarios.path_run import PathResult, PathRun, data_hash, follow
+    from ichain_drake.scenarios.recorder import record
+    from ichain_drake.scenarios.showing import PlaybackPage, show
     from ichain_drake.state import Role, StateSpace, Variable
     from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
     from ichain_drake.visualization import Recording, load_recording, write_playback
@@ -50,6 +62,7 @@ _MODULES = {
     "state": ("Role", "StateSpace", "Variable"),
     "graph": ("Interaction", "InteractionGraph"),
     "objects": ("Car", "ContractError", "Joystick", "JoystickMount", "ObjectSettings", "WorldObject", "check_object"),
+    "objects.gymnasium_game": ("ActionTerm", "AttributeSnapshot", "GameEnvironment", "GameSpec", "GymnasiumGame"),
     "robot": ("BodySpec", "HandSpec", "RobotSpec", "SphereSurface", "build_robot"),
     "world": ("World",),
     "demonstrations": (
@@ -62,7 +75,7 @@ _MODULES = {
     "learning.models": ("ForwardModel", "InverseModel"),
     "learning.link": ("EstimatorSpec",),
     "learning.chain": ("LearnedChain", "LearnedLink", "LinkCandidates", "learn_chain", "learn_link"),
-    "learning.library": ("check_library", "list_library", "load_links", "save_chain"),
+    "learning.library": ("check_library", "list_library", "load_command", "load_links", "save_chain"),
     "learned_graph": ("LearnedGraph", "build_learned_graph"),
     "control.path": ("PathLimits", "TimedPath", "paper_path_error", "path_error", "read_path"),
     "control.move_to": ("MoveTo",),
@@ -70,7 +83,12 @@ _MODULES = {
     "control.systems": ("Controller", "PathFollower"),
     "scenarios": ("PathScenario", "Scenario", "load_scenario"),
     "scenarios.build": ("build_world",),
-    "scenarios.path_run": ("PathResult", "follow"),
+    "scenarios.commands": ("Commands",),
+    "scenarios.config": ("ScenarioConfig",),
+    "scenarios.graph_run": ("GraphRun", "Knowledge", "learn_graph", "run_graph"),
+    "scenarios.recorder": ("record",),
+    "scenarios.path_run": ("PathResult", "PathRun", "data_hash", "follow"),
+    "scenarios.showing": ("PlaybackPage", "show"),
     "visualization": ("Recording", "load_recording", "write_playback"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
@@ -79,15 +97,22 @@ __all__ = [
     "FRAME",
     "FRAMES_PER_TICK",
     "TICK",
+    "ActionTerm",
+    "AttributeSnapshot",
     "BodySpec",
     "Car",
     "ChainController",
+    "Commands",
     "ContractError",
     "ControlCandidates",
     "Controller",
     "Demonstration",
     "EstimatorSpec",
     "ForwardModel",
+    "GameEnvironment",
+    "GameSpec",
+    "GraphRun",
+    "GymnasiumGame",
     "HandSpec",
     "IchainError",
     "InputError",
@@ -96,6 +121,7 @@ __all__ = [
     "InverseModel",
     "Joystick",
     "JoystickMount",
+    "Knowledge",
     "LearnedChain",
     "LearnedGraph",
     "LearnedLink",
@@ -105,11 +131,14 @@ __all__ = [
     "PathFollower",
     "PathLimits",
     "PathResult",
+    "PathRun",
     "PathScenario",
+    "PlaybackPage",
     "Recording",
     "RobotSpec",
     "Role",
     "Scenario",
+    "ScenarioConfig",
     "SphereSurface",
     "StateSpace",
     "TimedPath",
@@ -122,10 +151,13 @@ __all__ = [
     "build_world",
     "check_library",
     "check_object",
+    "data_hash",
     "follow",
     "learn_chain",
+    "learn_graph",
     "learn_link",
     "list_library",
+    "load_command",
     "load_links",
     "load_recording",
     "load_scenario",
@@ -135,7 +167,10 @@ __all__ = [
     "read_demonstration",
     "read_demonstrations",
     "read_path",
+    "record",
+    "run_graph",
     "save_chain",
+    "show",
     "write_demonstration",
     "write_demonstrations",
     "write_playback",

@@ -10,6 +10,7 @@ from pydrake.systems.framework import LeafSystem
 from ichain_drake.benchmarks import BenchmarkSizes, format_table, run_benchmarks
 from ichain_drake.benchmarks.chain_length import learn_dial, mirrored, synthetic_chain, synthetic_world
 from ichain_drake.benchmarks.diagram import BarePlant
+from ichain_drake.benchmarks.games import games_installed
 from ichain_drake.benchmarks.measure import interleaved, line_fit
 from ichain_drake.benchmarks.stopwatch import timed_callbacks
 from ichain_drake.control.path import TimedPath
@@ -24,7 +25,7 @@ def results() -> dict[str, Any]:
     sizes = BenchmarkSizes(("learning.samples=80",), seconds=1.0, repeats=1, ticks=4, lengths=(2, 3, 4))
     lines: list[str] = []
     out = run_benchmarks(lines.append, sizes)
-    assert len(lines) == 5
+    assert len(lines) == 6
     return out
 
 
@@ -64,6 +65,16 @@ def test_decisions_chain_lengths_and_frozen_models(results: dict[str, Any]) -> N
     for row in results["frozen_models"]:
         assert row["difference"] < 1e-9
         assert row["speedup"] > 0
+
+
+def test_games_are_measured_where_they_are_installed(results: dict[str, Any]) -> None:
+    games = results["games"]
+    if not games_installed():
+        assert games is None
+        assert "the extra `games` is not installed" in format_table(results)
+        return
+    assert games["counted_steps"] == 50
+    assert min(games["bare_steps"], games["steps"], games["diagram_steps"]) > 0
 
 
 def test_the_table_shows_every_part(results: dict[str, Any]) -> None:

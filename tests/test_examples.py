@@ -68,6 +68,15 @@ def test_learned_graph_predicts_the_same_with_and_without_gradients(tmp_path: Pa
     assert gradient[0] > 1, "the hand steers along x"
 
 
+def test_gymnasium_game_replays(tmp_path: Path) -> None:
+    pytest.importorskip("gymnasium", reason="Gymnasium is missing: pip install 'ichain_drake[games]'")
+    first, second = run("gymnasium_game.py", folder=tmp_path).splitlines()
+    assert first == second
+    cos, sin, rate = (float(n) for n in re.findall(r"-?\d+\.\d+", first))
+    assert cos**2 + sin**2 == pytest.approx(1.0, abs=1e-3)
+    assert rate != 0.0
+
+
 def test_own_object_moves_its_load(tmp_path: Path) -> None:
     found = re.search(r"(\d\.\d+) m", run("own_object.py", folder=tmp_path))
     assert found is not None

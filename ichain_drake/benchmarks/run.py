@@ -11,6 +11,7 @@ from ichain_drake.benchmarks.chain_length import benchmark_chain_length
 from ichain_drake.benchmarks.decisions import benchmark_decisions
 from ichain_drake.benchmarks.diagram import benchmark_diagram
 from ichain_drake.benchmarks.frozen_models import benchmark_frozen_models
+from ichain_drake.benchmarks.games import benchmark_games
 from ichain_drake.control.chain import METHODS, make_controller
 from ichain_drake.learning.chain import learn_chain
 from ichain_drake.scenarios.base import Progress
@@ -47,7 +48,8 @@ def run_benchmarks(progress: Progress | None = None, sizes: BenchmarkSizes | Non
         sizes: see `BenchmarkSizes`.
 
     Returns:
-        Plain data, ready for JSON: `diagram`, `decision`, `chain_length`, `frozen_models`.
+        Plain data, ready for JSON: `diagram`, `decision`, `chain_length`, `frozen_models`, `games` (None without that
+        extra).
     """
     sizes = sizes or BenchmarkSizes()
     say = progress or (lambda line: None)
@@ -71,9 +73,12 @@ def run_benchmarks(progress: Progress | None = None, sizes: BenchmarkSizes | Non
         chain_length = benchmark_chain_length(sizes.lengths, methods, sizes.repeats)
         say("frozen models against scikit-learn")
         frozen = benchmark_frozen_models(sizes.repeats)
+        say("a game of somebody else's")
+        games = benchmark_games(sizes.seconds, sizes.repeats)
     return {
         "diagram": diagram,
         "decision": decision,
         "chain_length": chain_length,
         "frozen_models": frozen,
+        "games": games,
     }

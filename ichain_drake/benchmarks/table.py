@@ -13,6 +13,7 @@ def format_table(results: Mapping[str, Any]) -> str:
         _decision(results["decision"]),
         _chain_length(results["chain_length"]),
         _frozen(results["frozen_models"]),
+        _games(results["games"]),
     )
     return "\n\n".join("\n".join(part) for part in parts)
 
@@ -89,3 +90,15 @@ def _frozen(models: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
     header = ["", "predict us", "frozen us", "with Jacobian us", "times faster", "difference"]
     return ["Frozen models against scikit-learn, one row", *_columns(header, rows)]
+
+
+def _games(game: Mapping[str, Any] | None) -> list[str]:
+    title = "Steps of a game a second, nothing rendered"
+    if game is None:
+        return [title, "  not measured: the extra `games` is not installed"]
+    rows = [
+        [f"{game['game']} alone", f"{game['bare_steps']:.0f}"],
+        ["through the adapter, its state put back and read in every frame", f"{game['steps']:.0f}"],
+        ["the object in a Simulator", f"{game['diagram_steps']:.0f}"],
+    ]
+    return [title, *_columns(["", "steps/s"], rows)]

@@ -55,3 +55,10 @@ class Reporter:
             return
         done = "" if fraction is None else f" ({100 * fraction:.0f} %)"
         print(f"[{time.monotonic() - self._start:6.1f} s] {line}{done}", file=sys.stderr, flush=True)
+
+    def note(self, line: Line) -> None:
+        """Say something that stays to be read, on a terminal too."""
+        if self._progress and not self._quiet:
+            self._progress.console.print(line, highlight=False, soft_wrap=True)
+        else:
+            self(line)

@@ -1,4 +1,4 @@
-"""The commands `run` and `plan` for scenarios that are asked for a goal over their interaction graph."""
+"""The commands `run`, `plan` and `learn` for scenarios that are asked for a goal over their interaction graph."""
 
 from __future__ import annotations
 
@@ -8,14 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from ichain_drake.cli.console import Reporter
+from ichain_drake.cli.live import shown_live
 from ichain_drake.cli.run import RunFiles
 from ichain_drake.control.graph.format import format_plan
 from ichain_drake.control.graph.plan import Plan
-from ichain_drake.demonstrations import read_demonstrations
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios.graph_run import GraphRun, learn_graph, look, make_plan, run_graph
-from ichain_drake.scenarios.path_output import write_report
-from ichain_drake.visualization import write_playback
+from ichain_drake.learning.interaction import read_pieces
+from ichain_drake.scenarios.graph_library import load_knowledge, save_knowledge
+from ichain_drake.scenarios.graph_output import write_graph_pictures, write_graph_recording
+from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, look, make_plan, run_graph
+from ichain_drake.scenarios.graph_settings import graph_spec
+from ichain_drake.scenarios.path_output import prepare_folder, write_report
 
 
 def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
@@ -30,8 +33,22 @@ def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
     return goal
 
 
-def run_goal_scenario(scenario: Any, files: RunFiles, expressions: list[str], demos: Path | None) -> int:
-    """`ichain run` for a scenario with a goal.
+def _known(scenario: Any, library: Path | None) -> Knowledge | None:
+    """What the library knows, if there is one and it has the scenario's graph."""
+    return None if library is None else load_knowledge(library, scenario.name, scenario.graph)
+
+
+def run_goal_scenario(
+    scenario: Any,
+    files: RunFiles,
+    expressions: list[str],
+    demos: Path | None,
+    library: Path | None = None,
+    *,
+    meshcat: bool = False,
+    realtime: bool = False,
+) -> int:
+    """`ichain run` for a scenario with a goal; nothing is recorded or learned where the library has its graph.
 
     Returns:
         The exit status: 0 if the goal was reached, else 1; 130 if interrupted.
@@ -40,37 +57,39 @@ def run_goal_scenario(scenario: Any, files: RunFiles, expressions: list[str], de
         InputError: on bad input.
     """
     run = GraphRun(scenario, _goal(scenario, expressions))
+    graph_spec(scenario.config)  # refuses what is not for it, before anything is written
+    known = _known(scenario, library)
     files.prepare()
     interrupted = False
-    with Reporter() as say:
+    with Reporter() as say, shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell):
         try:
-            run_graph(run, demos=demos, keep_demos=files.folder / "demonstrations", progress=say)
+            keep = files.folder / "demonstrations"
+            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, progress=tell)
         except KeyboardInterrupt:
             interrupted = True
-        say("writing report and playback")
-        report = run.report()
+        tell("writing report, playback and pictures")
+        report = run.report() | ({} if live is None else {"live": live.report()})
         if files.report == "-":
             print(json.dumps(report, indent=2, allow_nan=False))
         else:
             file = Path(files.report) if files.report else files.folder / "report.json"
             write_report(report, file)
-        if run.log is not None and len(run.log.times) > 1:
-            write_playback(run.recording(), scenario.drawings(), files.playback, plant=scenario.drawn_plant())
+        shown = write_graph_recording(run, files.playback) + write_graph_pictures(run, files.folder)
     if files.report != "-":
         if isinstance(run.plan, Plan):
             print(format_plan(run.plan, scenario.graph))
         print(f"{run.reason}; {report['control_steps']} control steps, {report['metrics']['replans']} replans")
         print(f"written: {file}")
-        if run.log is not None:
-            print(f"written: {files.playback}")
+        for written in shown:
+            print(f"written: {written}")
     if interrupted:
         print("ichain: interrupted; what was done so far is kept", file=sys.stderr)
         return 130
     return 0 if run.goal_reached else 1
 
 
-def print_plan(scenario: Any, expressions: list[str], demos: Path | None) -> int:
-    """`ichain plan`: learn, look, plan, print.
+def print_plan(scenario: Any, expressions: list[str], demos: Path | None, library: Path | None = None) -> int:
+    """`ichain plan`: learn (where the library hasn't the graph), look, plan, print.
 
     Returns:
         The exit status: 0 with a plan, 1 without.
@@ -79,14 +98,17 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None) -> int
         InputError: on bad input.
     """
     goal = _goal(scenario, expressions)
+    spec = graph_spec(scenario.config)
+    knowledge = _known(scenario, library)
     with Reporter() as say:
-        if demos is None:
+        if knowledge is None and demos is None:
             say("recording demonstrations")
             pieces = list(scenario.record_demonstrations(say))
-        else:
-            pieces = read_demonstrations(demos, scenario.graph)
-        say("learning the graph")
-        knowledge = learn_graph(pieces, scenario.graph)
+        elif knowledge is None and demos is not None:
+            pieces = read_pieces(demos, scenario.graph)
+        if knowledge is None:
+            say("learning the graph")
+            knowledge = learn_graph(pieces, scenario.graph, spec)
         start = look(scenario)
         say("planning")
         _, plan = make_plan(knowledge, goal, start)
@@ -95,3 +117,23 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None) -> int
         return 0
     print(plan.reason)
     return 1
+
+
+def learn_graph_library(scenario: Any, demos: Path, library: Path) -> None:
+    """`ichain learn`: learn the whole graph from demonstrations and save it.
+
+    Raises:
+        InputError: on bad demonstrations, or a library that can't be written.
+    """
+    spec = graph_spec(scenario.config)
+    pieces = read_pieces(demos, scenario.graph)
+    prepare_folder(library)
+    with Reporter() as say:
+        say(f"learning from {len(pieces)} pieces")
+        knowledge = learn_graph(pieces, scenario.graph, spec)
+    save_knowledge(knowledge, pieces, library, scenario.name)
+    names = scenario.graph.objects
+    for edge, learned in knowledge.model.edges.items():
+        changed = ", ".join(names[edge.child].observable.names[e.variable] for e in learned.effects) or "nothing seen"
+        status = learned.status
+        print(f"{edge.name}: {status.samples} samples, F1 {status.score:.4f}, {status.estimator}; changes {changed}")

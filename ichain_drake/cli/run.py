@@ -6,16 +6,17 @@ import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rich.console import Console
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.cli.console import Reporter
+from ichain_drake.cli.live import shown_live
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import write_drawing
-from ichain_drake.scenarios import PathScenario, Scenario
+from ichain_drake.scenarios import PathScenario, Scenario, build_world
 from ichain_drake.scenarios.path_output import (
     prepare_file,
     prepare_folder,
@@ -31,6 +32,9 @@ from ichain_drake.scenarios.path_run import (
     recorded_seconds,
     run_paths,
 )
+
+if TYPE_CHECKING:
+    from ichain_drake.scenarios.graph_run import GoalScenario
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,7 @@ class RunFiles:
         if self.record is not None and self.record.suffix != ".html":
             raise InputError(f"--record {self.record}: a playback ends in .html")
         prepare_folder(self.folder)
-        for file in (self.playback, self.folder / "paths.png"):
+        for file in (self.playback, self.folder / "paths.png", self.folder / "timeline.png"):
             prepare_file(file)
         if self.report != "-":
             prepare_file(Path(self.report) if self.report else self.folder / "report.json")
@@ -76,6 +80,8 @@ def run_path_scenario(
     library: Path | None,
     *,
     oracle: bool,
+    meshcat: bool = False,
+    realtime: bool = False,
 ) -> int:
     """`ichain run` for a scenario that follows paths.
 
@@ -97,7 +103,7 @@ def run_path_scenario(
         command = load_command(library, scenario.graph, scenario.graph.chain(scenario.target))
         known = load_links(library, scenario.graph, scenario.graph.chain(scenario.target), scenario.target_variables)
     interrupted, unreachable = False, None
-    with Reporter() as say:
+    with Reporter() as say, shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell):
         try:
             run_paths(
                 started,
@@ -106,14 +112,14 @@ def run_path_scenario(
                 known=known,
                 known_command=command,
                 oracle=oracle,
-                progress=say,
+                progress=tell,
             )
         except KeyboardInterrupt:
             interrupted = True
         except UnreachableError as error:
             unreachable = error
-        say("writing report, playback and pictures")
-        written = _write_all(started, files)
+        tell("writing report, playback and pictures")
+        written = _write_all(started, files, {} if live is None else {"live": live.report()})
     if files.report != "-":
         _print_results(started, written)
     if interrupted:
@@ -124,10 +130,10 @@ def run_path_scenario(
     return 0 if started.goal_reached else 1
 
 
-def _write_all(run: PathRun, files: RunFiles) -> list[Path]:
+def _write_all(run: PathRun, files: RunFiles, extra: dict[str, Any]) -> list[Path]:
     """Report first: it is small and says most."""
     written: list[Path] = []
-    report = run.report()
+    report = run.report() | extra
     if files.report == "-":
         print(json.dumps(report, indent=2, allow_nan=False))
     else:
@@ -213,10 +219,8 @@ def draw_graph(scenario: Scenario, file: Path | None, *, diagram: bool) -> str:
         InputError: on an unknown ending, or without Graphviz for a rendered one.
     """
     if diagram:
-        if not isinstance(scenario, PathScenario):
-            raise InputError(f"{scenario.name} has no diagram to draw")
-        path = next(iter(choose_paths(scenario).values()))
-        world, _ = scenario.make_world(path, 0)
+        follows = isinstance(scenario, PathScenario)
+        world = build_world(scenario) if follows else cast("GoalScenario", scenario).make_world(0)[0]
         dot, text = world.GetGraphvizString(max_depth=1), "\n".join(s.get_name() for s in world.GetSystems())
     else:
         dot, text = scenario.graph.dot(), scenario.graph.text()

@@ -16,6 +16,7 @@ from ichain_drake.control.validation import ValidationCase, make_cases, validati
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain import LearnedChain, LearnedLink
 from ichain_drake.learning.link import Scored
+from ichain_drake.state import FloatArray
 
 Method = Literal["predictive", "inverse"]
 METHODS: tuple[str, ...] = get_args(Method)
@@ -91,7 +92,14 @@ def _predictive_level(chain: LearnedChain, link: LearnedLink, weights: Predictiv
         link.parent_upper,
         link.parent_scale,
         weights,
+        _parent_step(chain, link),
     )
+
+
+def _parent_step(chain: LearnedChain, link: LearnedLink) -> FloatArray:
+    """Largest change of a link's parent in one tick that the links before it, or the robot, were seen to make."""
+    before = [x for x in chain.links if x.interaction.child == link.interaction.parent]
+    return before[0].child_limit if before else chain.hand_limit
 
 
 def _policy(chain: LearnedChain, last: Level, *, command: bool) -> MoveTo:

@@ -10,6 +10,8 @@ import numpy as np
 from ichain_drake.learning.models import InverseModel
 from ichain_drake.state import FloatArray, StateSpace
 
+_SHORTER = 0.3  # of a step that made things worse
+
 
 class TickModel(Protocol):
     """A model of one tick that can be differentiated: a learned `ForwardModel`, or the truth for an oracle."""
@@ -133,6 +135,8 @@ class PredictiveLevel:
         lower, upper: range of the parent's states, shape (n_parent,).
         parent_scale: usual spread of the parent's states, shape (n_parent,).
         weights: see `PredictiveWeights`.
+        parent_step: largest change of each parent variable in one tick that the level below can bring about, shape
+            (n_parent,); None for any.
     """
 
     model: TickModel
@@ -143,6 +147,7 @@ class PredictiveLevel:
     upper: FloatArray
     parent_scale: FloatArray
     weights: PredictiveWeights = PredictiveWeights()
+    parent_step: FloatArray | None = None
 
     @property
     def memory_size(self) -> int:
@@ -163,9 +168,10 @@ class PredictiveLevel:
         last = memory[:, 1:].reshape(n, horizon, m)
         shifted = np.concatenate([last[:, 1:], last[:, -1:]], axis=1)
         plan = np.where(memory[:, :1, None] > 0, shifted, parent[:, None])
-        plan = np.clip(plan, self.lower, self.upper)
+        plan = self._within_reach(parent, np.clip(plan, self.lower, self.upper))
         metric = self._error_metric(child, wanted)
-        best, best_cost = plan, np.full(n, np.inf)
+        best, best_cost, trust = plan, np.full(n, np.inf), np.ones(n)
+        at_best: tuple[FloatArray, FloatArray] | None = None
         for iteration in range(self.weights.iterations + 1):
             final = iteration == self.weights.iterations
             residual, jacobian = self._residual(child, parent, plan, wanted, metric, with_jacobian=not final)
@@ -175,7 +181,12 @@ class PredictiveLevel:
             best_cost = np.where(better, cost, best_cost)
             if final or jacobian is None:
                 break
-            plan = self._improve(plan, residual, jacobian)
+            if at_best is not None:  # a step that did harm is tried again, shorter, from where it began
+                residual = np.where(better[:, None], residual, at_best[0])
+                jacobian = np.where(better[:, None, None], jacobian, at_best[1])
+                trust = np.where(better, trust, _SHORTER * trust)
+            at_best = residual, jacobian
+            plan = self._within_reach(parent, self._improve(best, residual, jacobian, trust))
         return best, np.concatenate([np.ones((n, 1)), best.reshape(n, -1)], axis=1)
 
     def _error_metric(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
@@ -230,7 +241,17 @@ class PredictiveLevel:
         by_moves = np.broadcast_to(difference, (n, *difference.shape))
         return residual, np.concatenate([*slopes, by_moves], axis=1)
 
-    def _improve(self, plan: FloatArray, residual: FloatArray, jacobian: FloatArray) -> FloatArray:
+    def _within_reach(self, parent: FloatArray, plan: FloatArray) -> FloatArray:
+        """The plan with every step as far as `parent_step` lets it be, shape (n, horizon, n_parent)."""
+        if self.parent_step is None:
+            return plan
+        steps, at = [], parent
+        for k in range(plan.shape[1]):
+            at = np.clip(plan[:, k], at - self.parent_step, at + self.parent_step)
+            steps.append(at)
+        return np.stack(steps, axis=1)
+
+    def _improve(self, plan: FloatArray, residual: FloatArray, jacobian: FloatArray, trust: FloatArray) -> FloatArray:
         n, horizon, m = plan.shape
         lower, upper = np.tile(self.lower, horizon), np.tile(self.upper, horizon)
         flat = plan.reshape(n, -1)
@@ -243,7 +264,7 @@ class PredictiveLevel:
         hessian = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(horizon * m) * hessian)
         step = -np.linalg.solve(hessian, np.where(free, gradient, 0.0)[..., None])[..., 0]
         reach = 0.35 * (upper - lower)
-        return np.clip(flat + np.clip(step, -reach, reach), lower, upper).reshape(plan.shape)
+        return np.clip(flat + trust[:, None] * np.clip(step, -reach, reach), lower, upper).reshape(plan.shape)
 
 
 def _extend(wanted: FloatArray, ticks: int) -> FloatArray:

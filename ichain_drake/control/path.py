@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -138,6 +139,12 @@ class TimedPath:
     def mean_curvature(self, window: float) -> FloatArray:
         """Curvature at the path's points, averaged over a window of a length [unit], shape (n,) [1/unit]."""
         return _mean_curvature(self.points, self._spacing, max(1, round(window / self._spacing / 2)))
+
+    def shifted(self, offset: FloatArray) -> TimedPath:
+        """The same path elsewhere, at the same times; `offset` has shape (2,)."""
+        other = copy.copy(self)
+        object.__setattr__(other, "points", self.points + np.asarray(offset, dtype=float))
+        return other
 
     def at_time(self, time: FloatArray) -> FloatArray:
         """Points at times [s], shape (..., 2); beyond the end straight on at the last speed."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ichain_drake.control.path import TimedPath
@@ -13,7 +15,7 @@ from ichain_drake.timing import TICK
 
 _SPEED_BAND = 0.3  # transitions within this fraction of a speed count as that speed
 _QUANTILE = 0.98  # the sharpest few are noise
-_WINDOW = 15.0  # length over which a path's turn is measured, in its unit
+_WINDOW = 1.0  # length over which a path's turn is measured, in ticks at nominal speed
 _FEWEST = 8
 _EVERY = 3  # points of the path from one check to the next
 
@@ -41,7 +43,7 @@ def check_turns(path: TimedPath, chain: LearnedChain, where: str, unit: str) -> 
     turns = np.concatenate([wrap_angle(np.diff(piece[:, h])) for piece in chain.validation])
     length = np.linalg.norm(moves, axis=1)
     speed = length / TICK
-    curvature = np.abs(path.mean_curvature(_WINDOW))
+    curvature = np.abs(path.mean_curvature(_WINDOW * path.limits.speed * TICK))
     for i in range(0, len(curvature), _EVERY):
         near = np.abs(speed - path.speed[i]) < _SPEED_BAND * path.speed[i]
         if near.sum() < _FEWEST or curvature[i] <= 0:
@@ -49,8 +51,10 @@ def check_turns(path: TimedPath, chain: LearnedChain, where: str, unit: str) -> 
         sharpest = float(np.quantile(np.abs(turns[near]) / length[near], _QUANTILE))
         if curvature[i] > sharpest:
             px, py = path.points[i]
+            places = max(0, -math.floor(math.log10(path.limits.spacing)))
+            where_to, speed_text = f"({px:.{places}f}, {py:.{places}f})", f"{path.speed[i]:.{places}f}"
             raise InputError(
-                f"{where}: at ({px:.0f}, {py:.0f}) it turns with a radius of {1 / curvature[i]:.1f} {unit}; the "
-                f"tightest turn in the demonstrations at {path.speed[i]:.0f} {unit}/s is {1 / sharpest:.1f} {unit}; "
+                f"{where}: at {where_to} it turns with a radius of {1 / curvature[i]:.1f} {unit}; the "
+                f"tightest turn in the demonstrations at {speed_text} {unit}/s is {1 / sharpest:.1f} {unit}; "
                 "widen the turn, or lower path.speed"
             )

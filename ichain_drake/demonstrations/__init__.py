@@ -7,6 +7,7 @@ from ichain_drake.demonstrations.table import (
     column,
     read_demonstration,
     read_demonstrations,
+    read_folder,
     write_demonstration,
     write_demonstrations,
 )
@@ -22,6 +23,7 @@ __all__ = [
     "column",
     "read_demonstration",
     "read_demonstrations",
+    "read_folder",
     "write_demonstration",
     "write_demonstrations",
 ]

@@ -197,18 +197,27 @@ def read_demonstration(file: Path) -> Demonstration:
     raise InputError(f"{file}: a demonstration ends in .parquet or .csv")
 
 
-def read_demonstrations(folder: Path, graph: InteractionGraph) -> list[Demonstration]:
-    """Read and check every piece of a folder, in order of file name.
+def read_folder(folder: Path) -> list[Demonstration]:
+    """Read every piece of a folder, in order of file name, without checking what is in it.
 
     Raises:
-        InputError: if the folder does not exist or holds no piece, or a piece is bad.
+        InputError: if the folder does not exist or holds no piece, or a file can't be read.
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder of demonstrations")
     files = sorted(f for f in folder.iterdir() if f.suffix in {".parquet", ".csv"})
     if not files:
         raise InputError(f"{folder}: holds no demonstration (.parquet or .csv)")
-    pieces = [read_demonstration(f) for f in files]
+    return [read_demonstration(f) for f in files]
+
+
+def read_demonstrations(folder: Path, graph: InteractionGraph) -> list[Demonstration]:
+    """Read and check every piece of a folder, in order of file name.
+
+    Raises:
+        InputError: if the folder does not exist or holds no piece, or a piece is bad.
+    """
+    pieces = read_folder(folder)
     for piece in pieces:
         piece.check(graph)
     return pieces

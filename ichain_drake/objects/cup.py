@@ -1,4 +1,4 @@
-"""A cup of water: a hand moves and tilts it, a dispenser fills it (paper sec. VI)."""
+"""A cup of water: a hand moves and tilts it, a dispenser or another cup fills it (paper sec. VI)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,16 @@ from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
 from ichain_drake.objects.cup_settings import CupSettings
 from ichain_drake.objects.hand_reading import HandReading
-from ichain_drake.objects.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill, vessels
+from ichain_drake.objects.vessel import (
+    AMOUNT_NOISE,
+    CAPACITY,
+    Exchange,
+    bookkeeping,
+    contents,
+    fill,
+    mouth_indices,
+    vessels,
+)
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
 
 POSITION_NOISE = 0.0015
@@ -23,8 +32,9 @@ POSITION_NOISE = 0.0015
 TILT_NOISE = 0.01
 """Standard deviation of a reading of the tilt [rad]."""
 
-_UPRIGHT = 0.3  # rad; a fuller cup runs over beyond it
-_EMPTYING = 1.5  # rad more until nothing stays in
+UPRIGHT = 0.3
+"""Tilt up to which a vessel catches water, and loses none when it is let go [rad]."""
+
 _POUR_RATE = 2.0  # 1/s; what is too much leaves exponentially
 _DROPS = 1e-6  # less stays in
 _LIFTED = 0.02  # m above its support: only then a grasp slips
@@ -38,25 +48,26 @@ _ATTACHMENT = ("lean", "held", "offset_x", "offset_y", "offset_z", "axis_x", "ax
 
 
 class Cup(WorldObject):
-    """The cup. Its parents: one hand, and the tanks that dispense into it.
+    """The cup. Its parents: one hand, the tanks that dispense into it, and the vessels that are poured into it.
 
-    Its position is that of the middle of its rim, in the camera's frame, `tilt` its inclination about the axis that a
-    hand pours about (the robot's x axis; paper sec. VI: theta). Hidden are `lean`, the inclination about the other
-    axis, and the grasp: whether and where in the hand's frame the cup is held.
+    Its position is that of its mouth, the middle of its rim, in the camera's frame, `tilt` its inclination about the
+    axis that a hand pours about (the robot's x axis; paper sec. VI: theta). Hidden are `lean`, the inclination about
+    the other axis, and the grasp: whether and where in the hand's frame the cup is held.
 
     Args:
         cup: see `CupSettings`.
         parents, initial, settings: see `WorldObject`.
 
     Raises:
-        InputError: if there is not exactly one hand, or a parent that dispenses has no outlet.
+        InputError: if there is not exactly one hand, or a parent that gives water has neither outlet nor inlet.
     """
 
     state_space: ClassVar[StateSpace]
+    _heaters: tuple[str, ...] = ()  # parents that are neither hand nor vessel
 
     @staticmethod
     def space(givers: Sequence[str] = ("tank",)) -> StateSpace:
-        """The state space of a cup that certain tanks dispense into."""
+        """The state space of a cup that certain tanks dispense, or vessels are poured into."""
         pose = [Variable(a, "m", role=Role("position", CAMERA, a), measured_in="plant") for a in ("x", "y", "z")]
         tilt = Variable(
             "tilt", "rad", -math.pi, math.pi, "angle", Role("orientation", CAMERA, "x"), measured_in="plant"
@@ -77,12 +88,15 @@ class Cup(WorldObject):
     ) -> None:
         self.cup = cup or CupSettings()
         tanks = vessels(parents)
-        hands = [p for p in parents if p not in tanks]
+        hands = [p for p in parents if p not in tanks and p not in self._heaters]
         if len(hands) != 1:
             raise InputError(f"{name}: a cup has one hand among its parents; {len(hands)} given")
         for tank in tanks:
-            if tank not in self.cup.outlets:
-                raise InputError(f"{name}: no outlet is given for its parent {tank}; name it in CupSettings.outlets")
+            if (tank in self.cup.outlets) == (tank in self.cup.inlets):
+                raise InputError(
+                    f"{name}: no outlet is given for its parent {tank}, or an inlet too; name it in "
+                    "CupSettings.outlets or CupSettings.inlets"
+                )
         self.state_space = self.space(tanks)  # type: ignore[misc]
         super().__init__(name, parents, initial, settings)
         self._hand = hands[0]
@@ -90,6 +104,7 @@ class Cup(WorldObject):
         if self._read.grip_index is None:
             raise InputError(f"{name}: its parent {self._hand} has no grip, a binary variable")
         self._exchange = Exchange(name, self.state_space, parents)
+        self._pourers = {t: mouth_indices(parents[t], name, t) for t in tanks if t in self.cup.inlets}
         index = self.state_space.index
         self._water, self._lean, self._holding = index("water"), index("lean"), index("held")
         self._offset, self._axis = index("offset_x"), index("axis_x")
@@ -98,11 +113,11 @@ class Cup(WorldObject):
         self._knocks = sorted(self.cup.faults.knocks)
         self._spilled = index("spilled")
 
-    def state_at(self, rim: Sequence[float] | FloatArray, water: float, temperature: float) -> FloatArray:
+    def state_at(self, mouth: Sequence[float] | FloatArray, water: float, temperature: float) -> FloatArray:
         """An upright cup, not held.
 
         Args:
-            rim: the middle of the rim, in the robot's frame [m], shape (3,).
+            mouth: the middle of the rim, in the robot's frame [m], shape (3,).
             water: amount, 0 to 1.
             temperature: 0 to 1.
 
@@ -113,18 +128,19 @@ class Cup(WorldObject):
             InputError: if a value is outside 0..1.
         """
         state = np.zeros(len(self.state_space))
-        state[:3] = self.cup.camera.from_robot(np.asarray(rim, dtype=float))
+        state[:3] = self.cup.camera.from_robot(np.asarray(mouth, dtype=float))
         fill(self.state_space, state, water, temperature, self.get_name())
         return state
 
     def default_state(self) -> FloatArray:
         """Empty, upright at the robot's origin."""
         state = np.zeros(len(self.state_space))
-        state[:3] = self.cup.camera.from_robot(np.array([0.0, 0.0, self.cup.height]))
+        state[:3] = self.cup.camera.from_robot(np.array([*self.cup.mouth, self.cup.height]))
         return state
 
     def support(self, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-        """Height of what is below an upright cup [m], for a position of its rim's middle in the robot's frame [m]."""
+        """Height of what is below an upright cup [m], for a position of its mouth in the robot's frame [m]."""
+        x, y = x - self.cup.mouth[0], y - self.cup.mouth[1]
         below: FloatArray = np.zeros_like(x)
         for s in self.cup.surfaces:
             over = (s.x[0] <= x) & (x <= s.x[1]) & (s.y[0] <= y) & (y <= s.y[1])
@@ -138,13 +154,16 @@ class Cup(WorldObject):
         """Water runs out as far as the cup is tilted, and in from a dispenser."""
         s = np.asarray(state, dtype=float).T
         water = s[self._water]
-        angle = np.arccos(np.minimum(np.maximum(np.cos(s[3]) * np.cos(s[self._lean]), -1.0), 1.0))
-        stays = np.minimum(np.maximum(1.0 - (angle - _UPRIGHT) / _EMPTYING, 0.0), 1.0) * CAPACITY
-        out = np.maximum(water - stays, 0.0) * (1.0 - math.exp(-_POUR_RATE * dt))
+        out = np.maximum(water - self.stays(s), 0.0) * (1.0 - math.exp(-_POUR_RATE * dt))
         new = self._exchange.step(s, parents, np.where(out > _DROPS * dt, out, 0.0))
         new[self._grip] = parents[self._hand].T[self._read.grip_index] > _CUT
         new[self._age] += dt
         return new.T
+
+    def stays(self, s: FloatArray) -> FloatArray:
+        """How much the cup holds as it is tilted, shape (n_variables, ...) -> (...)."""
+        over = (inclination(s[3], s[self._lean]) - self.cup.holds_to) / self.cup.emptying
+        return np.minimum(np.maximum(1.0 - over, 0.0), 1.0) * CAPACITY
 
     def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
         """A held cup is where the hand has it, a released one on what is below; mishaps happen."""
@@ -178,7 +197,7 @@ class Cup(WorldObject):
         falls = was & ~held
         if np.any(falls):
             # Let go while tilted, it spills what it holds; then it stands again (nobody could set it up).
-            spills = falls & (np.cos(s[3]) * np.cos(s[self._lean]) < math.cos(_UPRIGHT))
+            spills = falls & (np.cos(s[3]) * np.cos(s[self._lean]) < math.cos(UPRIGHT))
             w, k = self._water, self._spilled
             s[k] += np.where(spills, s[w], 0.0)
             s[k + 1] += np.where(spills, s[w] * s[w + 1], 0.0)
@@ -210,9 +229,13 @@ class Cup(WorldObject):
     def decide_active(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool], touch: float | None
     ) -> Mapping[str, bool]:
-        """The hand: from closing around the cup until it opens. A tank: while the rim is below its outlet."""
+        """The hand: from closing around the cup until it opens. What gives water: while its mouth and this one meet."""
         rim = self.cup.camera.to_robot(state[:3]).tolist()
-        on = {t: self.cup.outlets[t].holds(rim, active[t]) for t in self.parents if t != self._hand}
+        on = {t: region.holds(rim, active[t]) for t, region in self.cup.outlets.items() if t in self.parents}
+        upright = bool(self._pourers) and float(inclination(state[3], state[self._lean])) < UPRIGHT
+        for vessel, index in self._pourers.items():
+            apart = self.cup.camera.to_robot(parents[vessel][index]) - rim
+            on[vessel] = upright and self.cup.inlets[vessel].holds(apart.tolist(), active[vessel])
         hand = parents[self._hand]
         on[self._hand] = bool(hand[self._read.grip_index] > _CUT) and self._grasped(state, hand, rim, active, touch)
         return on
@@ -237,10 +260,14 @@ class Cup(WorldObject):
         return due > state[self._slips] and lifted
 
     def sample_body(self, body: FloatArray) -> FloatArray:
-        """Rim, tilt and lean of a free body [q (w, x, y, z, position); v] whose origin is the middle of its bottom."""
+        """Mouth, tilt, lean of a free body [q (w, x, y, z, position); v] whose origin is the middle of its bottom."""
         w, x, y, z = body[..., :4].T
         axis = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
-        rim = self.cup.camera.from_robot((body[..., 4:7].T + self.cup.height * axis).T).T
+        a, b = self.cup.mouth
+        rim = body[..., 4:7].T + self.cup.height * axis
+        rim += a * np.array([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)])
+        rim += b * np.array([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)])
+        rim = self.cup.camera.from_robot(rim.T).T
         tilt, lean = np.arctan2(-axis[1], axis[2]), np.arcsin(np.minimum(np.maximum(axis[0], -1.0), 1.0))
         return np.array([*rim, tilt, lean]).T
 
@@ -254,6 +281,11 @@ class Cup(WorldObject):
 
 
 Cup.state_space = Cup.space()
+
+
+def inclination(tilt: FloatArray, lean: FloatArray) -> FloatArray:
+    """Angle between the cup's axis and the vertical [rad], shape (...)."""
+    return np.arccos(np.minimum(np.maximum(np.cos(tilt) * np.cos(lean), -1.0), 1.0))
 
 
 def _axis(tilt: FloatArray, lean: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What a scenario gives about a cup: its geometry, what it meets, and what goes wrong with it."""
+"""What a scenario gives about a cup or another vessel that a hand moves: geometry, what it meets, what goes wrong."""
 
 from __future__ import annotations
 
@@ -42,9 +42,15 @@ class CupSettings:
     """What a scenario gives about a cup.
 
     Attributes:
-        height, radius: [m].
-        grasp: where the hand must be, relative to the middle of the cup's rim, when it closes around the cup.
-        outlets: by name of a parent that dispenses: where the rim's middle must be to catch the water, robot frame.
+        height, radius: of the mouth above the bottom, and of the body [m].
+        mouth: from the middle of the bottom to below the mouth of an upright one, along x and y [m]; 0 for a cup, whose
+            mouth is the middle of its rim.
+        grasp: where the hand must be, relative to the mouth of an upright one, when it closes around it.
+        outlets: by name of a parent that dispenses: where the mouth must be to catch the water, robot frame.
+        inlets: by name of a parent that is moved and poured from: where its mouth must be relative to this one's, along
+            the robot's axes, while this one is upright.
+        holds_to: tilt at which a full one begins to pour [rad].
+        emptying: how much more until nothing stays in [rad].
         surfaces: what it can stand on beside the table at height 0.
         camera: frame in which its pose is seen.
         faults: see `CupFaults`.
@@ -52,10 +58,14 @@ class CupSettings:
 
     height: float = 0.10
     radius: float = 0.03
+    mouth: tuple[float, float] = (0.0, 0.0)
     grasp: Region = field(default_factory=lambda: Region((0.0, 0.0, -0.04), (0.015, 0.015, 0.025)))
     outlets: Mapping[str, Region] = field(
         default_factory=lambda: {"tank": Region((0.68, 0.06, 0.11), (0.02, 0.02, 0.015))}
     )
+    inlets: Mapping[str, Region] = field(default_factory=dict)
+    holds_to: float = 0.3
+    emptying: float = 1.5
     surfaces: tuple[Surface, ...] = ()
     camera: CameraFrame = field(default_factory=CameraFrame)
     faults: CupFaults = field(default_factory=CupFaults)

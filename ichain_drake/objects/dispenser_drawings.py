@@ -14,6 +14,9 @@ from ichain_drake.objects.cup import Cup, CupSettings
 from ichain_drake.objects.tank import Tank
 from ichain_drake.state import FloatArray
 
+DROPS = 0.003
+"""Less water than this, as a share of a full vessel, is not drawn."""
+
 
 def water_color(temperature: float) -> tuple[float, float, float]:
     """Linear RGB from blue (cold) to red (hot)."""
@@ -22,16 +25,17 @@ def water_color(temperature: float) -> tuple[float, float, float]:
 
 
 class CupDrawing:
-    """A glass with water in it: its level is the amount, its colour the temperature.
+    """A glass with water in it: its level is the amount, its colour the temperature; what runs out of it is a stream.
 
     Args:
         cup: geometry and camera.
         glass: whether to draw the glass; a plant may do it.
+        bottom: height that a stream of water falls down to [m].
     """
 
-    def __init__(self, cup: CupSettings, *, glass: bool = True) -> None:
-        self._cup, self._glass = cup, glass
-        self._lean = Cup.state_space.index("lean")
+    def __init__(self, cup: CupSettings, *, glass: bool = True, bottom: float = 0.0) -> None:
+        self._cup, self._glass, self._bottom = cup, glass, bottom
+        self._lean, self._flow = Cup.state_space.index("lean"), Cup.state_space.index("flow")
 
     def setup(self, scene: Any) -> None:
         """Create glass and water."""
@@ -43,14 +47,26 @@ class CupDrawing:
         scene.place("cup/inside", RigidTransform([0, 0, -0.98 * height]))
         column = RigidTransform([0, 0, inside / 2])
         scene.shape("cup/inside/water/column", Cylinder(0.85 * radius, inside), (0.1, 0.3, 0.8), column)
+        scene.shape("stream/length/jet", Box(0.007, 0.007, 1.0), water_color(0.0), RigidTransform([0, 0, -0.5]))
 
     def update(self, scene: Any, time: float, state: FloatArray) -> None:
         """Pose and content."""
         rim = self._cup.camera.to_robot(state[:3])
         turn = RotationMatrix.MakeXRotation(state[3]) @ RotationMatrix.MakeYRotation(state[self._lean])
         scene.pose("cup", RigidTransform(turn, rim), time)
+        color = water_color(float(state[5]))
         scene.scale("cup/inside/water", (1.0, 1.0, float(state[4])), time)
-        scene.color("cup/inside/water/column", water_color(float(state[5])), time)
+        scene.visible("cup/inside/water", bool(state[4] > DROPS), time)
+        scene.color("cup/inside/water/column", color, time)
+        # Water leaves over the lowest point of the rim.
+        axis = turn.matrix()[:, 2]
+        down = axis[2] * axis - [0.0, 0.0, 1.0]
+        lip = rim + self._cup.radius * down / max(float(np.linalg.norm(down)), 1e-9)
+        runs = bool(state[self._flow] > 0) and lip[2] > self._bottom
+        scene.visible("stream", runs, time)
+        scene.pose("stream", RigidTransform(lip), time)
+        scene.scale("stream/length", (1.0, 1.0, max(lip[2] - self._bottom, 0.001)), time)
+        scene.color("stream/length/jet", color, time)
 
 
 class ButtonDrawing:
@@ -114,6 +130,7 @@ class TankDrawing:
         """Level, colour, and the jet while water leaves."""
         color = water_color(float(state[1]))
         scene.scale("gauge/water", (1.0, 1.0, float(state[0])), time)
+        scene.visible("gauge/water", bool(state[0] > DROPS), time)
         scene.color("gauge/water/column", color, time)
         scene.visible("jet", bool(state[self._flow] > 0), time)
         scene.color("jet", color, time)

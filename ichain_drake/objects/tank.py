@@ -12,7 +12,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.objects.region import Region
-from ichain_drake.objects.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill
+from ichain_drake.objects.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill, mouth_indices
 from ichain_drake.state import FloatArray, StateSpace, Variable
 
 _THRESHOLD = 3  # a level above it triggers (paper sec. VI)
@@ -78,7 +78,7 @@ class Tank(WorldObject):
         super().__init__(name, parents, initial, settings)
         self._exchange = Exchange(name, self.state_space, parents)
         self._heat = self.state_space.index("heat_added")
-        self._cups = {c: [int(i) for i in _position(parents[c], name, c)] for c in cups}
+        self._cups = {c: mouth_indices(parents[c], name, c) for c in cups}
         self._levels = {b: int(parents[b].role_indices("level")[0]) for b in buttons}
 
     def state_at(self, amount: float, temperature: float) -> FloatArray:
@@ -136,11 +136,3 @@ class Tank(WorldObject):
 
 
 Tank.state_space = Tank.space()
-
-
-def _position(space: StateSpace, name: str, parent: str) -> list[int]:
-    found = {v.role.axis: i for i, v in enumerate(space.variables) if v.role and v.role.kind == "position"}
-    for axis in ("x", "y", "z"):
-        if axis not in found:
-            raise InputError(f"{name}: its parent {parent} has no position along {axis}")
-    return [found[a] for a in ("x", "y", "z")]

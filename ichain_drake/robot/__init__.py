@@ -2,9 +2,10 @@
 
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.robot.build import Physics, build_robot
-from ichain_drake.robot.hand import HAND, HandSpec, SphereSurface
+from ichain_drake.robot.hand import HAND, HandSpec, RingPath, SphereSurface
 from ichain_drake.robot.ideal import IdealHand
 from ichain_drake.robot.models import model_parser, models_path, package_map
+from ichain_drake.robot.motion_planning import MotionPlanner
 from ichain_drake.robot.pose import hand_pose, hand_values
 from ichain_drake.robot.spec import BodySpec, Posture, RobotSpec
 
@@ -14,8 +15,10 @@ __all__ = [
     "BodySpec",
     "HandSpec",
     "IdealHand",
+    "MotionPlanner",
     "Physics",
     "Posture",
+    "RingPath",
     "RobotSpec",
     "SphereSurface",
     "build_robot",

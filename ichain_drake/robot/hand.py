@@ -3,6 +3,7 @@
 # No `from __future__ import annotations`: Drake's typed YAML reader needs the fields' types themselves.
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -13,6 +14,8 @@ from ichain_drake.errors import InputError
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 FRAME = "robot"
+
+_ON_AXIS = 1e-9  # [m]
 
 
 def _position(axis: str, lower: float, upper: float) -> Variable:
@@ -59,6 +62,37 @@ class SphereSurface:
 
 
 @dataclass
+class RingPath:
+    """Given geometry: the hand keeps to a circle about a vertical axis; between two places it goes round, not across.
+
+    Attributes:
+        center: x, y of the axis in the robot frame, 2 values [m].
+        radius: [m].
+    """
+
+    center: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    radius: float = 0.1
+
+    def check(self, exposed: Collection[str]) -> None:
+        """Refuse a ring that can't be kept to.
+
+        Raises:
+            InputError: if x or y is not among the exposed variables, or it is no circle.
+        """
+        if not {"x", "y"} <= set(exposed):
+            raise InputError("hand: x and y keep to the ring; expose both")
+        if len(self.center) != 2 or not self.radius > 0:
+            raise InputError("hand.ring: give center as [x, y] and a radius above 0, in metres")
+
+    def nearest(self, xy: FloatArray) -> FloatArray:
+        """Nearest points of the circle, shape (..., 2) in and out [m]; for the axis itself, the one in front (-x)."""
+        away = xy - np.asarray(self.center, dtype=float)
+        distance = np.hypot(away[..., 0], away[..., 1])[..., None]
+        direction = np.where(distance > _ON_AXIS, away / np.maximum(distance, _ON_AXIS), [-1.0, 0.0])
+        return np.asarray(self.center, dtype=float) + self.radius * direction
+
+
+@dataclass
 class HandSpec:
     """Which variables of the hand the robot object has, and what the others are held at.
 
@@ -66,6 +100,7 @@ class HandSpec:
         exposed: names from `HAND`, in the order of the robot object's state.
         held: values of the others; an angle or grip that is not named is held at 0.
         surface: where given, z is not exposed but follows x and y.
+        ring: where given, x and y are drawn onto its circle.
         bounds: bounds that replace those of `HAND`, by variable: `[lower, upper]`.
         noise_std: standard deviation of the sensor noise of `measured`, by variable; 0 where not named.
     """
@@ -73,6 +108,7 @@ class HandSpec:
     exposed: list[str] = field(default_factory=lambda: list(HAND.names))
     held: dict[str, float] = field(default_factory=dict)
     surface: SphereSurface | None = None
+    ring: RingPath | None = None
     bounds: dict[str, list[float]] = field(default_factory=dict)
     noise_std: dict[str, float] = field(default_factory=dict)
 
@@ -83,7 +119,7 @@ class HandSpec:
 
         Raises:
             InputError: on a name that is not the hand's, one that is both exposed and held, a missing position, bad
-                bounds, or a surface that x and y can leave.
+                bounds, or a surface or ring that doesn't fit what is exposed.
         """
         for key, names in (("held", self.held), ("bounds", self.bounds), ("noise_std", self.noise_std)):
             for name in names:
@@ -105,6 +141,8 @@ class HandSpec:
             variables.append(replace(variable, lower=limits[0], upper=limits[1]) if limits else variable)
         if self.surface is not None and ("z" in self.exposed or "z" in self.held):
             raise InputError("hand: z follows the surface; remove it from exposed and held")
+        if self.ring is not None:
+            self.ring.check(self.exposed)
         return StateSpace("hand", tuple(variables))
 
     @cached_property
@@ -126,6 +164,8 @@ class HandSpec:
         out = np.empty((*value.shape[:-1], len(HAND)))
         out[...] = self._template
         out[..., indices] = value
+        if self.ring is not None:
+            out[..., :2] = self.ring.nearest(out[..., :2])
         if self.surface is not None:
             out[..., Z] = self.surface.height(out[..., X], out[..., Y])
         return out

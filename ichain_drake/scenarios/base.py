@@ -7,16 +7,23 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
+import numpy as np
 from pydrake.systems.framework import Diagram
 
+from ichain_drake.control.levels import PredictiveWeights
 from ichain_drake.control.path import PathLimits, TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.robot import Physics, models_path
+from ichain_drake.scenarios.adjustable import Adjustable, noise_scale, path_shift, push
+from ichain_drake.scenarios.command_chart import CommandChart
 from ichain_drake.scenarios.config import ScenarioConfig, as_plain, load_config
 from ichain_drake.scenarios.episode import Prepare
-from ichain_drake.state import FloatArray
+from ichain_drake.scenarios.given import declared
+from ichain_drake.scenarios.seats import Seat, place_seat
+from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.visualization import Camera
 from ichain_drake.world.world import World
 
 Progress = Callable[[str], None]
@@ -90,9 +97,25 @@ class Scenario(ABC):
         """A diagram with the plant whose positions are logged; None where there is none."""
         return None
 
+    def view(self) -> Camera | None:
+        """Where a playback is seen from at first; None for the usual place."""
+        return None
+
+    def seats(self) -> Mapping[str, Seat]:
+        """What a person can drive in the browser, by name, the usual one first."""
+        return {}
+
+    def adjustables(self) -> Sequence[Adjustable]:
+        """What a person may change while it runs live."""
+        return (noise_scale(self.config.noise.scale),)
+
+    def shown(self) -> Mapping[str, StateSpace]:
+        """What of each object's state a playback's read-out lists; everything unless overridden."""
+        return dict(self.graph.objects)
+
     def given(self) -> dict[str, Any]:
-        """What the scenario declares instead of learning, for the report."""
-        return as_plain(self.config)
+        """What the scenario declares instead of learning, for the report: its configuration and its graph."""
+        return {**as_plain(self.config), "graph": declared(self.graph)}
 
 
 class PathScenario(Scenario):
@@ -105,8 +128,20 @@ class PathScenario(Scenario):
     """Its two position variables."""
 
     unit: ClassVar[str] = "px"
+    y_down: ClassVar[bool] = True
+    """Whether y points down in pictures of the plane, as on a screen."""
+
     size: ClassVar[tuple[float, float]] = (800.0, 600.0)
     """Extent of the plane, from (0, 0)."""
+
+    target_length: ClassVar[float | None] = None
+    """Length of the object that follows, in the unit; errors are then reported in lengths too."""
+
+    has_oracle: ClassVar[bool] = True
+    """Whether predictive control with the true model can be run for comparison."""
+
+    oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(effort=0.02)
+    """What the oracle weighs; chosen on seeds 100 to 105, which no report uses."""
 
     @abstractmethod
     def reference_paths(self) -> Mapping[str, FloatArray]:
@@ -135,7 +170,33 @@ class PathScenario(Scenario):
 
     @abstractmethod
     def command_range(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest hand command that makes sense here, for the oracle, shape (n_hand,) each."""
+        """Lowest and highest hand command that makes sense here, for the oracle, shape (n_hand,) each.
+
+        Where not every hand command in a box makes sense: of the coordinates of `command_chart`, shape (k,) each.
+        """
+
+    def command_chart(self) -> CommandChart | None:
+        """Coordinates of the hand commands that make sense; None where all within `command_range` do."""
+        return None
+
+    def view(self) -> Camera | None:
+        """Where a playback is seen from at first; None for the usual place."""
+        return None
+
+    def seats(self) -> Mapping[str, Seat]:
+        """The hand, within the commands that make sense; the world is that of the first reference path."""
+        path = TimedPath(next(iter(self.reference_paths().values())), self.path_limits())
+        chart = self.command_chart()
+        command_at = np.asarray if chart is None else chart.to_hand
+        seat = place_seat(self, lambda run: self.make_world(path, run), *self.command_range(), command_at)
+        return {seat.name: seat}
+
+    def adjustables(self) -> Sequence[Adjustable]:
+        """Noise, pushes of the object that follows, and the path's place."""
+        reach = self.path_limits().speed
+        pushes = [push(self.target, v, self.unit, reach) for v in self.target_variables]
+        shifts = [path_shift(i, v, self.unit, reach) for i, v in enumerate(self.target_variables)]
+        return (*super().adjustables(), *pushes, *shifts)
 
     def target_indices(self) -> tuple[int, ...]:
         """Indices of the target variables in the last object's observable state."""

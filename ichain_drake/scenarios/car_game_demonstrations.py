@@ -1,8 +1,9 @@
-"""Who demonstrates the car game: a hand that plays with the joystick, and a scripted driver in place of a person."""
+"""Who demonstrates games with a joystick: a hand that plays with it, and a scripted driver in place of a person."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from pydrake.systems.framework import Context, LeafSystem, State
@@ -43,6 +44,39 @@ def _random_walk(reach: float, step: float, count: int, rng: np.random.Generator
     return np.array(places)
 
 
+def _cruise(speed: float) -> float:
+    """Throttle at which the car of the car game keeps a speed [px/s]."""
+    return (0.8 * speed + 0.8 * speed**2 / 90.0) / 90.0
+
+
+@dataclass(frozen=True)
+class DrivingStyle:
+    """What a driver knows about a car; the values are those for the car game.
+
+    Attributes:
+        name: of the object.
+        variables: how many of it are measured; the first four are x, y, heading and speed.
+        speeds: lowest and highest speed that is wanted, in the game's unit a second.
+        gains: lowest and highest steering per angle off [1/rad]; below 0 where the stick to the right turns the
+            heading down.
+        cruise: throttle that keeps a speed.
+        throttle_gain: throttle per speed that is missing.
+        near: a place counts as reached within this distance.
+        patience: ticks after which a place is given up.
+        tremble: standard deviation of the hand's unsteadiness, of an axis.
+    """
+
+    name: str = "car"
+    variables: int = 5
+    speeds: tuple[float, float] = (20.0, 68.0)
+    gains: tuple[float, float] = (0.6, 2.2)
+    cruise: Callable[[float], float] = _cruise
+    throttle_gain: float = 0.03
+    near: float = 35.0
+    patience: int = 14
+    tremble: float = 0.3
+
+
 class Driver(LeafSystem):
     """A scripted driver: heads for random places at random speeds with an unsteady hand, correcting at every tick.
 
@@ -54,20 +88,29 @@ class Driver(LeafSystem):
         size: width and height of the screen [px].
         ticks: how many decisions.
         seed: of places, speeds and unsteadiness.
+        style: how to drive.
     """
 
-    def __init__(self, hand_for_tilt: HandForTilt, size: tuple[float, float], ticks: int, seed: Sequence[int]) -> None:
+    def __init__(
+        self,
+        hand_for_tilt: HandForTilt,
+        size: tuple[float, float],
+        ticks: int,
+        seed: Sequence[int],
+        style: DrivingStyle | None = None,
+    ) -> None:
         super().__init__()
         self.set_name("driver")
         self._hand_for_tilt = hand_for_tilt
+        self._style = style = style or DrivingStyle()
         rng = np.random.default_rng(seed)
         width, height = size
         legs = ticks + 1
         self._places = rng.uniform([0.1 * width, 0.13 * height], [0.9 * width, 0.87 * height], (legs, 2))
-        self._speeds = rng.uniform(20.0, 68.0, legs)
-        self._gains = rng.uniform(0.6, 2.2, legs)
-        self._tremble = _correlated(rng.standard_normal((ticks + 1, 2)), 0.5, 0.3)
-        self._car = self.DeclareVectorInputPort("car", 5)
+        self._speeds = rng.uniform(*style.speeds, legs)
+        self._gains = rng.uniform(*style.gains, legs)
+        self._tremble = _correlated(rng.standard_normal((ticks + 1, 2)), 0.5, style.tremble)
+        self._car = self.DeclareVectorInputPort(style.name, style.variables)
         self._command = self.DeclareDiscreteState(hand_for_tilt(tilt_from_axes(np.zeros(2))))
         self._memory = self.DeclareDiscreteState(3)  # frame, leg, ticks on this leg
         self.DeclareStateOutputPort("hand_command", self._command)
@@ -77,15 +120,15 @@ class Driver(LeafSystem):
         frame, leg, since = (int(v) for v in context.get_discrete_state(self._memory).value())
         discrete = state.get_mutable_discrete_state()
         if frame % FRAMES_PER_TICK == 0:
-            x, y, heading, speed, _ = self._car.Eval(context)
+            x, y, heading, speed = self._car.Eval(context)[:4]
             since += 1
-            place = self._places[leg]
-            if np.hypot(place[0] - x, place[1] - y) < 35 or since > 14:
+            place, style = self._places[leg], self._style
+            if np.hypot(place[0] - x, place[1] - y) < style.near or since > style.patience:
                 leg, since = min(leg + 1, len(self._places) - 1), 0
                 place = self._places[leg]
             off = float(wrap_angle(np.arctan2(place[1] - y, place[0] - x) - heading))
             wanted = self._speeds[leg]
-            throttle = (0.8 * wanted + 0.8 * wanted**2 / 90.0) / 90.0 + 0.03 * (wanted - speed)
+            throttle = style.cruise(wanted) + style.throttle_gain * (wanted - speed)
             tremble = self._tremble[min(frame // FRAMES_PER_TICK, len(self._tremble) - 1)]
             axes = np.clip(np.array([self._gains[leg] * off, throttle]) + tremble, -1.0, 1.0)
             discrete.set_value(self._command, self._hand_for_tilt(tilt_from_axes(axes)))

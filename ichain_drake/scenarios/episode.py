@@ -13,6 +13,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from ichain_drake.control.path import TimedPath
 from ichain_drake.control.systems import Controller, PathFollower
 from ichain_drake.scenarios.interruption import deferred_interrupt
+from ichain_drake.scenarios.watching import Watcher, present_watcher
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
@@ -89,6 +90,8 @@ class Episode:
         log: bool = True,
     ) -> None:
         self.world = world
+        self.path, self.followed = path, followed
+        self._seen_by: Watcher | None = None
         builder = DiagramBuilder()
         builder.AddSystem(world)
         builder.AddSystem(commander)
@@ -138,10 +141,25 @@ class Episode:
         with deferred_interrupt() as pressed:
             return self._run(start, ticks, stop, pressed)
 
+    def _advance(self, tick: int, watcher: Watcher | None) -> None:
+        """To a tick, frame by frame if somebody watches, which gives the same."""
+        last = tick * FRAMES_PER_TICK
+        # Counted in frames: a number of ticks may end a rounding error before its last frame.
+        if watcher is None or not self._sinks:
+            self.simulator.AdvanceTo(last * FRAME)
+            return
+        if self._seen_by is not watcher:
+            self._seen_by = watcher
+            watcher.begin(self)
+        for frame in range(last - FRAMES_PER_TICK + 1, last + 1):
+            self.simulator.AdvanceTo(frame * FRAME)
+            if watcher.frame(self):
+                raise KeyboardInterrupt
+
     def _run(self, start: int, ticks: int, stop: Callable[[Episode], bool] | None, pressed: Callable[[], bool]) -> bool:
+        watcher = present_watcher()
         for tick in range(start, start + ticks):
-            # Counted in frames: a number of ticks may end a rounding error before its last frame.
-            self.simulator.AdvanceTo((tick + 1) * FRAMES_PER_TICK * FRAME)
+            self._advance(tick + 1, watcher)
             if pressed():
                 raise KeyboardInterrupt
             if stop is not None and stop(self):
@@ -199,9 +217,10 @@ def follow_path(
         if follower is None:
             return True
         last = int(follower.GetOutputPort("progress").Eval(follower.GetMyContextFromRoot(running.context))[0])
-        reached = path.advance(position, last, _SEARCH_TICKS * TICK)
-        completed = path.completed(reached)
-        return completed or bool(np.linalg.norm(path.points[reached] - position) > lost)
+        present = follower.path  # a person may have moved it
+        reached = present.advance(position, last, _SEARCH_TICKS * TICK)
+        completed = present.completed(reached)
+        return completed or bool(np.linalg.norm(present.points[reached] - position) > lost)
 
     try:
         episode.run(allowed, over)

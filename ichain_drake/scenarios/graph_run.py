@@ -6,33 +6,34 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.graph.controller import GraphController
+from ichain_drake.control.graph.course import Motion
 from ichain_drake.control.graph.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.graph.goals import gap, parse_goal, stay, value_of, words
 from ichain_drake.control.graph.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.graph.planner import GraphPlanner
 from ichain_drake.control.graph.skills import SkillFunction, Skills, learn_skills
 from ichain_drake.control.graph.tasks import Mode
-from ichain_drake.demonstrations import Demonstration, read_demonstrations, write_demonstrations
+from ichain_drake.demonstrations import Demonstration, write_demonstrations
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.interaction import InteractionModel, InteractionSpec, learn_interactions
+from ichain_drake.learning.interaction import InteractionModel, InteractionSpec, learn_interactions, read_pieces
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.episode import Episode, EpisodeInterrupted, EpisodeLog, Prepare
+from ichain_drake.scenarios.graph_settings import graph_spec
 from ichain_drake.scenarios.path_run import versions
 from ichain_drake.scenarios.recorder import RecordingInterrupted
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, TICK
-from ichain_drake.visualization import Episode as RecordedEpisode
-from ichain_drake.visualization import Readout, Recording
+from ichain_drake.visualization import Camera
 from ichain_drake.world.world import World
 
 _PORTS = ("mode", "edge", "skill", "plan_step")
@@ -51,7 +52,16 @@ class GoalScenario(Protocol):
     def make_world(self, run: int) -> tuple[World, Prepare]: ...  # noqa: D102
     def record_demonstrations(self, progress: Progress | None = None) -> Any: ...  # noqa: D102
     def drawings(self) -> Mapping[str, Any]: ...  # noqa: D102
+    def drawn_plant(self) -> Diagram | None: ...  # noqa: D102
+    def view(self) -> Camera | None: ...  # noqa: D102
     def given(self) -> dict[str, Any]: ...  # noqa: D102
+
+
+@runtime_checkable
+class PlansMotion(Protocol):
+    """A scenario whose robot can hit things: it says how to get around them."""
+
+    def make_motion(self) -> Motion | None: ...  # noqa: D102 - None: straight lines
 
 
 class GraphEpisode(Episode):
@@ -101,6 +111,8 @@ class GraphRun:
         reason: why the goal was or was not reached.
         cause: of a failure in a word.
         wrong: conditions that do not hold in truth at the end, in words.
+        source: where the model comes from: `demonstrations` or a library's folder.
+        robot_seconds: simulated time that recording the demonstrations took of the robot [s].
     """
 
     scenario: GoalScenario
@@ -116,6 +128,8 @@ class GraphRun:
     reason: str = "interrupted"
     cause: str = "interrupted"
     wrong: str = ""
+    source: str = "demonstrations"
+    robot_seconds: float = 0.0
     started: float = field(default_factory=time.monotonic)
 
     @property
@@ -153,42 +167,17 @@ class GraphRun:
     def _models(self) -> dict[str, Any]:
         assert self.model is not None
         report: dict[str, Any] = self.model.report()
-        seconds = sum((len(p) - 1) * TICK for p in self.pieces)
         edges = {
             name: {
                 "samples": edge["status"]["samples"],
-                "robot_seconds": seconds,
+                "robot_seconds": self.robot_seconds,
                 "score": edge["status"]["f1"],
-                "source": "demonstrations",
+                "source": self.source,
                 **edge,
             }
             for name, edge in report["interactions"].items()
         }
         return edges | {"passive": report["passive"], "pieces": report["pieces"], "warnings": report["warnings"]}
-
-    def recording(self) -> Recording:
-        """Everything that the playback shows.
-
-        Raises:
-            InputError: if nothing was recorded.
-        """
-        scenario = self.scenario
-        episodes = () if self.log is None else (self._episode(self.log),)
-        return Recording(scenario.name, scenario.physics, scenario.seed, dict(scenario.graph.objects), episodes)
-
-    def _episode(self, log: EpisodeLog) -> RecordedEpisode:
-        graph = self.scenario.graph
-        edges = graph.interactions
-        modes = [Mode(int(v)).name.lower() for v in self.doing["mode"]]
-        about = [edges[int(v)].name if v >= 0 else "" for v in self.doing["edge"]]
-        readouts = {
-            "controller": Readout([f"{m} {e}".strip() for m, e in zip(modes, about, strict=True)]),
-            "plan step": Readout(["" if v < 0 else str(int(v) + 1) for v in self.doing["plan_step"]]),
-        }
-        for edge in edges:
-            flags = log.active[edge.child][:, graph.parents(edge.child).index(edge.parent)]
-            readouts[edge.name] = Readout(["active" if on > 0.5 else "inactive" for on in flags])
-        return RecordedEpisode("goal", log.times, log.states, log.plant_positions, readouts)
 
 
 def describe(plan: Plan) -> list[dict[str, Any]]:
@@ -213,11 +202,15 @@ class Knowledge:
         model: learned from them.
         skills: their switching events.
         planner: with this model.
+        source: `demonstrations`, or the folder of the library that it was loaded from.
+        robot_seconds: simulated time that recording the demonstrations took of the robot [s].
     """
 
     model: InteractionModel
     skills: Skills
     planner: GraphPlanner
+    source: str = "demonstrations"
+    robot_seconds: float = 0.0
 
 
 def learn_graph(
@@ -239,7 +232,9 @@ def learn_graph(
     """
     with threadpool_limits(limits=1):
         model = learn_interactions(pieces, graph, spec)
-        return Knowledge(model, learn_skills(model, pieces, own_skills), GraphPlanner(model))
+        seconds = sum((len(p) - 1) * TICK for p in pieces)
+        skills = learn_skills(model, pieces, own_skills)
+        return Knowledge(model, skills, GraphPlanner(model), robot_seconds=seconds)
 
 
 def record_pieces(run: GraphRun, keep: Path | None = None, say: Progress | None = None) -> None:
@@ -320,24 +315,25 @@ def run_graph(
         demos: folder of demonstrations to learn from, in place of recording them.
         keep_demos: folder that recorded demonstrations are written to.
         knowledge: what was learned before, in place of learning.
-        spec: candidate estimators.
+        spec: candidate estimators; default: those that the scenario's settings ask for.
         own_skills: a designer's functions, by interaction and whether they activate.
         settings: of the execution.
         progress: called with a line at each step.
 
     Raises:
-        InputError: on bad demonstrations or a goal that can't be read.
+        InputError: on bad demonstrations, a goal that can't be read, or a setting that is for paths.
         EpisodeInterrupted, RecordingInterrupted: on Ctrl-C; `run` keeps what there is.
     """
     say = progress or (lambda line: None)
+    asked = graph_spec(run.scenario.config)
     if knowledge is None:
         if demos is not None:
-            run.pieces = read_demonstrations(demos, run.scenario.graph)
+            run.pieces = read_pieces(demos, run.scenario.graph)
         else:
             record_pieces(run, keep_demos, say)
         say(f"learning from {len(run.pieces)} pieces")
-        knowledge = learn_graph(run.pieces, run.scenario.graph, spec, own_skills)
-    run.model = knowledge.model
+        knowledge = learn_graph(run.pieces, run.scenario.graph, spec or asked, own_skills)
+    run.model, run.source, run.robot_seconds = knowledge.model, knowledge.source, knowledge.robot_seconds
     with threadpool_limits(limits=1):
         say("planning")
         start = look(run.scenario, run.number)
@@ -356,7 +352,8 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
         say("no plan" if isinstance(found, NoPlan) else f"executing {len(found.steps)} steps")
         return found
 
-    executor = Executor(knowledge.model, knowledge.skills, planned, run.goal, settings)
+    motion = run.scenario.make_motion() if isinstance(run.scenario, PlansMotion) else None
+    executor = Executor(knowledge.model, knowledge.skills, planned, run.goal, settings, motion)
     controller = GraphController(executor, _start_command(world, prepare))
     episode = GraphEpisode(world, controller, prepare)
     try:
@@ -375,6 +372,7 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
 
 def _keep(run: GraphRun, episode: GraphEpisode) -> None:
     run.memory, run.log, run.doing = episode.memory, episode.log(), episode.doing()
+    run.goal = episode.controller.executor.goal  # a person may have changed it
 
 
 def _wrong(run: GraphRun) -> str:

@@ -11,6 +11,7 @@ from ichain_drake.control.levels import PredictiveLevel, PredictiveWeights
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects.base import WorldObject
 from ichain_drake.robot.motion import LINEAR_SPEED, MOVE_FRAMES
+from ichain_drake.scenarios.command_chart import CommandChart
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 from ichain_drake.world.reference import WorldReference
@@ -38,15 +39,19 @@ class TrueTickModel:
         reference: the world in plain numpy.
         names: objects, robot first, in the order their states are joined.
         sizes: length of each state.
+        chart: of the hand, where the parent's states are given in its coordinates.
     """
 
     reference: WorldReference
     names: tuple[str, ...]
     sizes: tuple[int, ...]
+    chart: CommandChart | None = None
 
     def predict(self, child: FloatArray, parent: FloatArray, parent_next: FloatArray) -> FloatArray:
         """Joined states one tick later, shape (n, n_joined)."""
         ends = np.cumsum(self.sizes[1:])[:-1]
+        if self.chart is not None:
+            parent, parent_next = self.chart.to_hand(parent), self.chart.to_hand(parent_next)
         states = dict(zip(self.names, [parent, *np.split(child, ends, axis=-1)], strict=True))
         after = self.reference.tick(states, parent_next)
         return np.concatenate([after[n] for n in self.names[1:]], axis=-1)
@@ -73,8 +78,9 @@ class OraclePolicy:
         target: the followed object.
         targets: indices of its target variables in its full state.
         target_scale: usual step of the target in one tick.
-        lower, upper: range of hand commands, shape (n_hand,).
+        lower, upper: range of hand commands, shape (n_hand,), or of their coordinates, shape (k,).
         weights: of the predictive level.
+        chart: of the hand commands that make sense; None where all in the range do.
     """
 
     def __init__(
@@ -87,10 +93,13 @@ class OraclePolicy:
         lower: FloatArray,
         upper: FloatArray,
         weights: PredictiveWeights,
+        chart: CommandChart | None = None,
     ) -> None:
         names = graph.chain(target)
         sizes = tuple(len(graph.objects[n]) for n in names)
         self.sizes = sizes
+        self._chart = chart
+        frames = straight_frames if chart is None else chart.frames
         offset = sum(sizes[1:-1])
         joined = StateSpace(
             "world",
@@ -101,7 +110,7 @@ class OraclePolicy:
             ),
         )
         self._level = PredictiveLevel(
-            TrueTickModel(WorldReference(graph, objects, straight_frames), names, sizes),
+            TrueTickModel(WorldReference(graph, objects, frames), names, sizes, chart),
             joined,
             tuple(offset + i for i in targets),
             np.full(len(targets), target_scale),
@@ -118,6 +127,8 @@ class OraclePolicy:
     ) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
         """As `MoveTo.decide`, from full states."""
         joined = np.concatenate(list(states[1:]), axis=-1)
-        plan, memory = self._level.decide(joined, states[0], wanted, memory)
-        handed = [plan[:, 0], *(np.zeros((1, k)) for k in self.sizes[1:-1])]
-        return plan[:, 0], memory, handed
+        place = states[0] if self._chart is None else self._chart.from_hand(states[0])
+        plan, memory = self._level.decide(joined, place, wanted, memory)
+        command = plan[:, 0] if self._chart is None else self._chart.within_tick(states[0], plan[:, 0])
+        handed = [command, *(np.zeros((1, k)) for k in self.sizes[1:-1])]
+        return command, memory, handed

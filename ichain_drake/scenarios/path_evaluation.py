@@ -91,6 +91,8 @@ def check_evaluation(scenario: PathScenario, trials: int, methods: Sequence[str]
     for method in methods:
         if method not in METHODS:
             raise InputError(f"there is no method {method!r}; there are {', '.join(METHODS)}")
+        if method == ORACLE and not scenario.has_oracle:
+            raise InputError(f"{scenario.name} has no oracle; leave it out of --methods")
     check_settings(scenario)
 
 
@@ -151,7 +153,7 @@ def _evaluate_seed(
         rows: list[dict[str, Any]] = []
         for variant in variants:
             rows += _evaluate_variant(scenario, variant, whole if variant.monolithic else pieces)
-        if ORACLE in methods:
+        if ORACLE in methods and scenario.has_oracle:
             for number, (name, path) in enumerate(choose_paths(scenario).items()):
                 rows.append(_row(ORACLE, 0, scenario, name, oracle_follow(scenario, name, path, number)))
         if FIRST_LINK in methods and isinstance(scenario, HasWantedStates):

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios.path_run import PathResult, PathRun
 from ichain_drake.state import FloatArray
-from ichain_drake.visualization import Episode, Readout, Recording, plot_paths, write_playback
+from ichain_drake.visualization import Episode, Readout, Recording, Strip, plot_paths, write_playback
 from ichain_drake.visualization.output import write_whole
 
 
@@ -75,8 +75,9 @@ def make_recording(run: PathRun) -> Recording:
         scenario.name,
         scenario.physics,
         scenario.seed,
-        dict(scenario.graph.objects),
+        dict(scenario.shown()),
         tuple(_episode(run, result) for result in run.results),
+        scenario.graph.interactions,
     )
 
 
@@ -95,11 +96,18 @@ def _episode(run: PathRun, result: PathResult) -> Episode:
         "mean error": Readout(mean, scenario.unit),
         "path completed": Readout([_progress(result, i) for i in range(len(off))]),
     }
-    for edge in scenario.graph.interactions:
-        flags = log.active[edge.child][:, scenario.graph.parents(edge.child).index(edge.parent)]
-        readouts[edge.name] = Readout(["active" if on > 0.5 else "inactive" for on in flags])
+    flags = {
+        e.name: log.active[e.child][:, scenario.graph.parents(e.child).index(e.parent)] > 0.5  # noqa: PLR2004 - a flag
+        for e in scenario.graph.interactions
+    }
+    position = executed_path(run, result)
+    strips = {"distance to path": Strip(off, scenario.unit)} | {
+        f"{scenario.target} {v}": Strip(position[:, i], scenario.unit) for i, v in enumerate(scenario.target_variables)
+    }
     lines = {scenario.target: result.path.points}
-    return Episode(result.name, log.times, log.states, log.plant_positions, readouts, lines)
+    graph = scenario.graph
+    states = {n: log.states[n][:, graph.objects[n].indices(space.names)] for n, space in scenario.shown().items()}
+    return Episode(result.name, log.times, states, log.plant_positions, readouts, lines, flags, strips)
 
 
 def _progress(result: PathResult, row: int) -> str:
@@ -124,6 +132,7 @@ def write_pictures(run: PathRun, folder: Path) -> list[Path]:
         {r.name: executed_path(run, r) for r in run.results},
         errors={r.name: r.error for r in run.results},
         unit=run.scenario.unit,
+        y_down=run.scenario.y_down,
     )
     return [file]
 
@@ -135,4 +144,7 @@ def write_recording(run: PathRun, file: Path) -> None:
         InputError: if the file can't be written.
     """
     if run.results:
-        write_playback(make_recording(run), run.scenario.drawings(), file, plant=run.scenario.drawn_plant())
+        scenario = run.scenario
+        write_playback(
+            make_recording(run), scenario.drawings(), file, plant=scenario.drawn_plant(), camera=scenario.view()
+        )

@@ -33,18 +33,23 @@ def whole_frames(log: EpisodeLog) -> EpisodeLog:
     """A log without a last frame that only some of its ports have: Ctrl-C may fall between two of them."""
     logged = [log.times, log.command, *log.states.values(), *log.measured.values(), *log.active.values()]
     logged += [*log.extra.values(), *([] if log.plant_positions is None else [log.plant_positions])]
-    rows = min(len(values) for values in logged)
+    return part_of(log, 0, min(len(values) for values in logged))
+
+
+def part_of(log: EpisodeLog, first: int, end: int) -> EpisodeLog:
+    """The rows of a log from one to before another."""
+    rows = slice(first, end)
 
     def cut(port: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        return {name: values[:rows] for name, values in port.items()}
+        return {name: values[rows] for name, values in port.items()}
 
     return EpisodeLog(
-        log.times[:rows],
+        log.times[rows],
         cut(log.states),
         cut(log.measured),
         cut(log.active),
-        log.command[:rows],
-        None if log.plant_positions is None else log.plant_positions[:rows],
+        log.command[rows],
+        None if log.plant_positions is None else log.plant_positions[rows],
         cut(log.extra),
     )
 
@@ -81,11 +86,19 @@ def record(
     except KeyboardInterrupt:  # the second
         interrupted = True
     if interrupted:
-        raise RecordingInterrupted(_tabulate(world.graph, whole_frames(episode.log()), objects, name))
-    return _tabulate(world.graph, episode.log(), objects, name)
+        raise RecordingInterrupted(tabulate(world.graph, whole_frames(episode.log()), objects, name))
+    return tabulate(world.graph, episode.log(), objects, name)
 
 
-def _tabulate(graph: InteractionGraph, log: EpisodeLog, objects: Sequence[str], name: str) -> Demonstration:
+def tabulate(graph: InteractionGraph, log: EpisodeLog, objects: Sequence[str], name: str) -> Demonstration:
+    """A table of a log whose first row is a tick: what was measured at each tick, commands, and active flags.
+
+    Args:
+        graph: the interaction graph.
+        log: of the world, a row per frame.
+        objects: whose measurements go into the table; commands are recorded if the robot is among them.
+        name: of the piece.
+    """
     rows = slice(0, None, FRAMES_PER_TICK)
     count = len(log.times[rows])
     data: dict[str, FloatArray] = {TIME: TICK * np.arange(count, dtype=np.float64)}

@@ -6,7 +6,7 @@ Given: the places of things (`DispenserLayout`), the camera's frame, the spread 
 
 import dataclasses
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -16,7 +16,7 @@ from pydrake.systems.framework import Context, Diagram
 
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.graph import InteractionGraph
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.objects import (
     Button,
     ButtonMount,
@@ -29,16 +29,22 @@ from ichain_drake.objects import (
     TankSettings,
 )
 from ichain_drake.objects.dispenser_drawings import ButtonDrawing, CupDrawing, TankDrawing
-from ichain_drake.robot import BodySpec, RobotSpec, build_robot, hand_pose
+from ichain_drake.robot import BodySpec, MotionPlanner, RobotSpec, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
+from ichain_drake.scenarios.adjustable import Adjustable, push
+from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.base import Progress, Scenario
 from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.episode import Prepare
 from ichain_drake.scenarios.recorder import record
+from ichain_drake.scenarios.seats import Seat, hand_seat
+from ichain_drake.scenarios.status_accuracy import Probes
 from ichain_drake.scenarios.water_dispenser_demonstrations import script_pieces
 from ichain_drake.scenarios.water_dispenser_layout import LAYOUT, DispenserStart
-from ichain_drake.visualization import HandDrawing
+from ichain_drake.scenarios.water_dispenser_probes import DispenserProbes
+from ichain_drake.scenarios.water_dispenser_teleoperation import FORWARD, GRASP
+from ichain_drake.visualization import Camera, HandDrawing
 from ichain_drake.world.world import World
 
 HAND, CUP, POWER, DISPENSE, TANK = "hand", "cup", "power", "dispense", "tank"
@@ -239,6 +245,17 @@ class WaterDispenser(Scenario):
             return CupFaults(knocks=((time, mishap.knock * math.cos(turn), mishap.knock * math.sin(turn)),)), ()
         return CupFaults(), ((time, time + mishap.dropout),) if fault == "dropout" else ()
 
+    def make_motion(self) -> MotionPlanner | None:
+        """Ways of the hand around machine, buttons and what it put down; in `ideal` a point hits nothing.
+
+        Given beside the models: a cup is held upright by a hand that points forward, at the height of a grasp.
+        """
+        if self.physics == "ideal":
+            return None
+        grasp = hand_pose(np.array([0.0, 0.0, GRASP, 0.0, FORWARD, 0.0, 1.0]))
+        nowhere = DispenserStart((0.0, 0.0), 0.0, 0.0)
+        return MotionPlanner(self.config.robot, self._bodies(nowhere, 1.0), {CUP: grasp.inverse()})
+
     def record_demonstrations(
         self, progress: Progress | None = None, known: Collection[str] = ()
     ) -> Iterator[Demonstration]:
@@ -252,7 +269,8 @@ class WaterDispenser(Scenario):
         if {e.name for e in self.graph.interactions} <= set(known):
             return
         rng = np.random.default_rng([self.seed, _SCRIPTS])
-        for number, piece in enumerate(script_pieces(rng, bodies=self.physics == "contact")):
+        pieces = script_pieces(rng, bodies=self.physics == "contact", point=self.physics == "ideal")
+        for number, piece in enumerate(pieces):
             ticks = len(piece.commands)
             if progress:
                 progress(f"{piece.name}: {ticks} ticks ({self.physics})")
@@ -260,22 +278,30 @@ class WaterDispenser(Scenario):
             names = tuple(self.graph.objects)
             yield record(world, prepare, Commands(piece.commands), ticks, names, piece.name)
 
+    def probes(self, edge: Interaction, pieces: Sequence[Demonstration], count: int) -> Probes | None:
+        """States around the border of an interaction; see `HasProbes`. For an evaluation alone."""
+        return DispenserProbes(self).make(edge, pieces, count)
+
     def drawings(self) -> Mapping[str, Any]:
         """Cup, buttons and tank; machine and hand too where no plant shows them."""
         plain, contact = self.physics == "ideal", self.physics == "contact"
         x, y, z = LAYOUT.outlet
         boxes = LAYOUT.boxes if plain else ()
         drawings: dict[str, Any] = {
-            CUP: CupDrawing(self.cup_settings(), glass=not contact),
+            CUP: CupDrawing(self.cup_settings(), glass=not contact, bottom=LAYOUT.inlet[2] - 0.02),
             POWER: ButtonDrawing(self.button_mount(POWER), _RED, cap=not contact),
             DISPENSE: ButtonDrawing(self.button_mount(DISPENSE), _BLUE, cap=not contact),
-            TANK: TankDrawing((0.77, -0.035, 0.03), 0.012, 0.22, (x, y, z), z - LAYOUT.tray.height, boxes),
+            TANK: TankDrawing((0.77, -0.04, 0.03), 0.012, 0.22, (x, y, z), z - LAYOUT.tray.height, boxes),
         }
         if plain:
             spec = self.config.robot.hand
             grip = spec.space.index("grip")
             drawings[HAND] = HandDrawing(lambda state: (hand_pose(spec.full(state)), 0.08 - 0.02 * round(state[grip])))
         return drawings
+
+    def view(self) -> Camera:
+        """From the arm's left shoulder, so that neither the arm nor a button hides the others."""
+        return Camera((0.05, -1.55, 0.95), (0.55, 0.03, 0.2), 32.0)
 
     def drawn_plant(self) -> Diagram | None:
         """The arm and the machine, in `contact` with cup and buttons."""
@@ -284,9 +310,19 @@ class WaterDispenser(Scenario):
         world, _ = self.build_world(self.start(0), 0)
         return world.robot if isinstance(world.robot, Diagram) else None
 
+    def adjustables(self) -> Sequence[Adjustable]:
+        """Noise, pushes of the cup where no plant holds it, and how much water of which temperature is wanted."""
+        pushes = [push(CUP, v, "m", self.config.mishap.knock) for v in ("x", "y") if self.physics != "contact"]
+        wanted = [least_wanted(CUP, v, 0.0, 1.0, value) for v, value in (("water", 0.6), ("temperature", 0.9))]
+        return (*super().adjustables(), *pushes, *wanted)
+
+    def seats(self) -> Mapping[str, Seat]:
+        """The hand."""
+        return {HAND: hand_seat(self, lambda run: self.build_world(self.start(run), run))}
+
     def given(self) -> dict[str, Any]:
         """The configuration and the layout."""
-        return super().given() | {"layout": dataclasses.asdict(LAYOUT)}
+        return super().given() | {"layout": dataclasses.asdict(LAYOUT), "cup_in_hand": {"height": GRASP}}
 
 
 def _check(config: WaterDispenserConfig) -> None:

@@ -42,10 +42,10 @@ class _Misses:
 
 
 _AROUND_A_POINT = _Misses(
-    (-0.022, -0.010, -0.018, -0.026),
-    (0.035, 0.018, 0.029),
-    (-0.034, -0.019, -0.029),
-    (0.020, 0.011, 0.026, -0.020, -0.011),
+    (-0.022, -0.0135, -0.017, -0.026, 0.0135, 0.017, -0.0165),
+    (0.035, 0.0225, 0.0275),
+    (-0.034, -0.0225, -0.0275),
+    (0.020, 0.0135, 0.017, 0.026, -0.017, -0.0135),
 )
 # Between bodies there is no near miss: fingers that are off by a little push the cup over, and those that close on its
 # upper or lower end hold it just as well.
@@ -57,8 +57,8 @@ _AROUND_A_BODY = _Misses(
 class _Script:
     """Random starts and the pieces laid out from them."""
 
-    def __init__(self, rng: np.random.Generator, misses: _Misses) -> None:
-        self._rng, self._misses = rng, misses
+    def __init__(self, rng: np.random.Generator, misses: _Misses, dip: float) -> None:
+        self._rng, self._misses, self._dip = rng, misses, dip
 
     def uniform(self, low: float, high: float) -> float:
         return float(self._rng.uniform(low, high))
@@ -154,12 +154,15 @@ class _Script:
         hand, off = Teleoperation(start.hand), self.slack()
         hand.fetch(start.cup, 0.0, off).carry_over_inlet(off)
         middle = hand.now.copy()
-        for roll in (0.0, -0.8):
+        for roll in (0.0, -0.8, -1.2):
             hand.tilt(roll, off)
             x, y, z = hand.now[:3]
-            hand.to(x - 0.056).to(x + 0.056, step=0.012).to(x, y)
-            hand.to(y=y - 0.056).to(y=y + 0.056, step=0.012).to(y=y)
-            hand.to(z=z + 0.065, step=0.012).to(z=z, step=0.015)
+            if roll > -1.0:
+                hand.to(x - 0.056).to(x + 0.056, step=0.008).to(x, y)
+                hand.to(y=y - 0.056).to(y=y + 0.056, step=0.008).to(y=y)
+                hand.to(z=z + 0.065, step=0.008).to(z=z, step=0.015)
+            else:  # a tilted cup comes lower than an upright one
+                hand.to(z=z - self._dip, step=0.008).to(z=z, step=0.015)
         goal = self.table()
         hand.tilt(0.0, off).to(*middle[:3]).carry_back(*goal)
         return start, hand.put(*goal, off=off)
@@ -174,10 +177,13 @@ class _Script:
         x, y, z = hand.now[:3]
         z -= 0.006
         for _ in range(2):
-            hand.to(x - 0.034, y, z, step=0.008).to(x + 0.026, step=0.008).to(x, step=0.009)
-            hand.to(y=y - 0.032, step=0.008).to(y=y + 0.032, step=0.008).to(y=y, step=0.009)
+            for far in (-0.030, 0.026):
+                hand.to(x + 0.4 * far, y, z, step=0.012).to(x + far, step=0.003).to(x + 0.4 * far, step=0.003)
+            for far in (-0.030, 0.030):
+                hand.to(x, y + 0.4 * far, step=0.012).to(y=y + far, step=0.003).to(y=y + 0.4 * far, step=0.003)
+            hand.to(x, y, step=0.012).to(z=z + 0.022, step=0.003).to(z=z, step=0.005)
             x, y = x + self.uniform(-0.006, 0.006), y + self.uniform(-0.006, 0.006)
-        hand.to(x, y, z + 0.022, step=0.004).to(z=z, step=0.006)
+        hand.to(x, y)
         goal = self.tray()
         return start, hand.put(*goal, height=LAYOUT.tray.height, off=off)
 
@@ -256,9 +262,9 @@ class _Script:
         """Taps beside the button and on its edge, and slow approaches from above: the gate of pressing."""
         hand.to(button[0], button[1], 0.12)
         for axis in (0, 1):
-            for distance in (-0.032, -0.024, -0.020, -0.015, 0.0, 0.015, 0.020, 0.024, 0.032):
+            for distance in (-0.030, -0.021, -0.0185, -0.0165, -0.014, 0.0, 0.014, 0.0165, 0.0185, 0.021, 0.030):
                 aside = [0.0, 0.0]
-                aside[axis], aside[1 - axis] = distance + self.uniform(-0.0015, 0.0015), self.uniform(-0.008, 0.008)
+                aside[axis], aside[1 - axis] = distance + self.uniform(-0.001, 0.001), self.uniform(-0.008, 0.008)
                 hand.press(button, -5.0, aside).press(button, self.uniform(0.5, 6.0), aside).press(button, -5.0, aside)
         off = self._off()
         for level in (-6.0, -4.5, -3.0, -2.0, -1.0, -0.5, 1.0, -1.0, -2.5, -4.0, -1.8, -3.0, 2.0, 4.2, 6.0):
@@ -266,6 +272,7 @@ class _Script:
         return hand.wait(6).press(button, -20.0, off)
 
 
+_DIPPED, _LOWERED = 0.12, 0.05  # m below the pose in which one pours
 _CONTENT = {
     "water": (0.3, 0.85),
     "temperature": (0.0, 1.0),
@@ -274,14 +281,15 @@ _CONTENT = {
 }
 
 
-def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator[ScriptedPiece]:
+def script_pieces(rng: np.random.Generator, *, bodies: bool = False, point: bool = False) -> Iterator[ScriptedPiece]:
     """The pieces, unordered: at most 16, none the whole task.
 
     Args:
         rng: draws starts and the unsteadiness of the person's hand.
         bodies: whether the hand can push the cup over.
+        point: whether the hand is a point that hits nothing, so that a tilted cup can be dipped into the inlet.
     """
-    script = _Script(rng, _AROUND_A_BODY if bodies else _AROUND_A_POINT)
+    script = _Script(rng, _AROUND_A_BODY if bodies else _AROUND_A_POINT, _DIPPED if point else _LOWERED)
     pieces: dict[str, Callable[[], tuple[DispenserStart, Teleoperation]]] = {
         "dispense_levels": script.dispense_levels,
         "pour_steps": script.pour_steps,

@@ -21,6 +21,8 @@ EXECUTED = Rgba(1.0, 0.5, 0.0)
 
 # Heights above the panel [m], far enough apart for any depth buffer.
 _COMMANDED, _EXECUTED, _GHOST, _SPRITE = 0.001, 0.002, 0.003, 0.004
+_LEAST_TRAIL = 1.0  # px
+_COMMANDED_WIDTH, _EXECUTED_WIDTH = 0.004, 0.0025  # of the two paths [m]
 _FRAME, _DEPTH = 0.014, 0.022  # bezel's width and thickness [m]
 
 
@@ -37,6 +39,8 @@ class GameScreen:
         y_down: whether the game's y points down (then a positive heading turns clockwise).
         sprite: picture of the object, pointing to +x at heading 0; a car by default.
         sprite_length: its extent along x [px].
+        field: picture of the playfield, as wide and high as the screen; a grid by default.
+        corner: lowest x and y on the screen, where it shows a part of a larger plane [px].
         ghost_period: a faded copy of the sprite stays behind every so often [s]; 0 for none.
         stand: height of the screen's lower edge over the ground, bridged by two legs [m]; 0 for none.
 
@@ -54,6 +58,8 @@ class GameScreen:
         y_down: bool = True,
         sprite: Image.Image | None = None,
         sprite_length: float = 44.0,
+        field: Image.Image | None = None,
+        corner: tuple[float, float] = (0.0, 0.0),
         ghost_period: float = 0.0,
         stand: float = 0.0,
     ) -> None:
@@ -69,9 +75,12 @@ class GameScreen:
         self._flip = -1.0 if y_down else 1.0
         self._sprite = sprite if sprite is not None else car_sprite()
         self._sprite_length = sprite_length
+        self._field = field
+        self._middle = np.array(corner) + np.array(size) / 2
         self._ghost_period = ghost_period
         self._stand = stand
         self._episodes = 0
+        self._trails = 0
 
     def setup(self, scene: Scene) -> None:
         """Create panel and sprite."""
@@ -82,7 +91,8 @@ class GameScreen:
         for side in (-1, 1) if self._stand > 0 else ():
             leg = _at(x=side * width * 0.3, y=-(height + self._stand) / 2 - _FRAME / 2, z=-_DEPTH / 2 - 0.001)
             scene.shape(f"screen/leg{side}", Box(0.024, self._stand - _FRAME, 0.014), dark, leg)
-        scene.image("screen/field", playfield(*self._size, y_down=self._flip < 0), width, height)
+        field = self._field if self._field is not None else playfield(*self._size, y_down=self._flip < 0)
+        scene.image("screen/field", field, width, height)
         self._put_sprite(scene, "screen/sprite", self._sprite)
         scene.place("screen", self._X_WS)
 
@@ -94,10 +104,11 @@ class GameScreen:
             scene.visible(now, False, 0.0)
         scene.visible(now, True, times[0])
         self._episodes += 1
+        self._trails = 0
         if line is not None and len(line) > 1:
-            scene.line(f"{now}/commanded", self.points(line, _COMMANDED), 4 * self._scale, COMMANDED)
+            scene.line(f"{now}/commanded", self.points(line, _COMMANDED), _COMMANDED_WIDTH, COMMANDED)
         driven = self.points(states[:, self._columns[:2]], _EXECUTED)
-        scene.growing_line(f"{now}/executed", driven, times, 2.5 * self._scale, EXECUTED)
+        scene.growing_line(f"{now}/executed", driven, times, _EXECUTED_WIDTH, EXECUTED)
         if self._ghost_period > 0:
             faded = self._sprite.copy()
             faded.putalpha(faded.getchannel("A").point(lambda a: a * 0.35))
@@ -108,6 +119,19 @@ class GameScreen:
                 scene.place(ghost, self.sprite_pose(states[k], _GHOST))
                 scene.visible(ghost, False, 0.0)
                 scene.visible(ghost, True, times[min(k + 1, len(times) - 1)])
+
+    def extend_trail(self, scene: Scene, states: FloatArray) -> None:
+        """Add to the path driven so far, in a scene in which the rest of it is not known yet.
+
+        Args:
+            scene: where the parts are.
+            states: the last states, shape (n, n_variables), from the one that the path reached before.
+        """
+        if np.ptp(states[:, self._columns[:2]], axis=0).max() < _LEAST_TRAIL:
+            return
+        path = f"screen/episode{max(self._episodes - 1, 0)}/trail{self._trails}"
+        scene.line(path, self.points(states[:, self._columns[:2]], _EXECUTED), _EXECUTED_WIDTH, EXECUTED)
+        self._trails += 1
 
     def update(self, scene: Scene, time: float, state: FloatArray) -> None:
         """Move the sprite to a state [px, px, rad]."""
@@ -123,7 +147,7 @@ class GameScreen:
         Returns:
             shape (n, 3) [m].
         """
-        p = (np.asarray(positions, dtype=float) - np.array(self._size) / 2) * self._scale * [1.0, self._flip]
+        p = (np.asarray(positions, dtype=float) - self._middle) * self._scale * [1.0, self._flip]
         return np.column_stack([p, np.full(len(p), height)])
 
     def sprite_pose(self, state: FloatArray, height: float = _SPRITE) -> RigidTransform:

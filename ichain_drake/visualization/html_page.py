@@ -29,7 +29,7 @@ def playback_page(meshcat: Meshcat, animation: bytes, log: dict[str, Any], title
     Args:
         meshcat: holds the scene as it is before playing.
         animation: `set_animation` command (msgpack).
-        log: what `page/playback.js` shows: scenario, physics, seed, rate, episodes, readouts, objects, legend.
+        log: what the page shows beside the scene, see `page_log`.
         title: of the page.
 
     Raises:
@@ -52,7 +52,10 @@ def playback_page(meshcat: Meshcat, animation: bytes, log: dict[str, Any], title
             '<script type="application/octet-stream" id="ichain-recording">\n',
             base64.b64encode(packed).decode(),
             "\n</script>\n",
-            f"<script>{assets.joinpath('playback.js').read_text(encoding='utf-8')}</script>\n",
+            *(
+                f"<script>{assets.joinpath(name).read_text(encoding='utf-8')}</script>\n"
+                for name in ("panel.js", "playback.js")
+            ),
         ]
     )
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>")

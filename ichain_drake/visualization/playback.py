@@ -7,10 +7,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Box, Meshcat, MeshcatParams, Rgba
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
@@ -18,9 +16,10 @@ from pydrake.systems.framework import Diagram
 from ichain_drake.errors import InputError
 from ichain_drake.visualization.html_page import playback_page
 from ichain_drake.visualization.output import write_whole
+from ichain_drake.visualization.page_log import page_log
 from ichain_drake.visualization.plant_drawing import PlantDrawing
 from ichain_drake.visualization.recording import RATE, Episode, Recording
-from ichain_drake.visualization.scene import DRAWN, Drawing, EpisodeDrawing, Scene
+from ichain_drake.visualization.scene import Drawing, EpisodeDrawing, Scene
 from ichain_drake.visualization.tracks import pack_animation
 
 FLOOR = Rgba(0.80, 0.82, 0.84)
@@ -37,8 +36,8 @@ class Camera:
         ground: height of the floor [m]; None for no floor.
     """
 
-    position: tuple[float, float, float] = (0.5, -2.1, 0.95)
-    target: tuple[float, float, float] = (0.5, 0.0, 0.36)
+    position: tuple[float, float, float] = (0.62, -2.1, 0.95)
+    target: tuple[float, float, float] = (0.68, 0.0, 0.34)
     field_of_view: float = 36.0
     ground: float | None = 0.0
 
@@ -75,7 +74,7 @@ def write_playback(
         raise InputError(f"{file}: there is no folder {file.parent}; create it or give another")
     arm = PlantDrawing(plant) if plant is not None else None
     _check_positions(recording, arm)
-    with _quiet():
+    with quiet():
         meshcat = Meshcat(MeshcatParams(host="127.0.0.1"))
     scene = Scene(meshcat)
     set_stage(scene, camera if camera is not None else Camera())
@@ -86,7 +85,9 @@ def write_playback(
     for episode, start in zip(recording.episodes, recording.starts(gap), strict=True):
         _record(scene, episode, start, drawings, arm)
     animation = pack_animation(scene.tracks, RATE, round(recording.duration(gap) * RATE))
-    page = playback_page(meshcat, animation, _log(recording, drawings, scene, gap), f"{recording.scenario}: playback")
+    page = playback_page(
+        meshcat, animation, page_log(recording, drawings, scene, gap), f"{recording.scenario}: playback"
+    )
     write_whole(file, page)
 
 
@@ -142,65 +143,8 @@ def _record(
             arm.update(parts["plant"], float(time), episode.plant_positions[k])
 
 
-def _log(recording: Recording, drawings: Mapping[str, Drawing], scene: Scene, gap: float) -> dict[str, Any]:
-    """What the page's read-out shows, as plain JSON values."""
-    episodes = recording.episodes
-    units: dict[str, str | None] = {}
-    for episode in episodes:
-        for label, readout in episode.readouts.items():
-            units.setdefault(label, None if readout.is_text else readout.unit)
-    legend = [entry for drawing in drawings.values() for entry in getattr(drawing, "legend", ())]
-    return {
-        "scenario": recording.scenario,
-        "physics": recording.physics,
-        "seed": recording.seed,
-        "rate": RATE,
-        "episodes": [
-            {"name": e.name, "start": start, "time": float(e.times[0]), "samples": len(e.times)}
-            for e, start in zip(episodes, recording.starts(gap), strict=True)
-        ],
-        "readouts": [
-            {
-                "label": label,
-                "unit": unit,
-                "values": [_column(e.readouts[label].values) if label in e.readouts else None for e in episodes],
-            }
-            for label, unit in units.items()
-        ],
-        "objects": [
-            {
-                "name": name,
-                "type": space.type,
-                "variables": [
-                    {
-                        "label": v.name,
-                        "unit": "" if v.unit == "1" else v.unit,
-                        "values": [_column(e.states[name][:, i]) for e in episodes],
-                    }
-                    for i, v in enumerate(space.variables)
-                ],
-            }
-            for name, space in recording.spaces.items()
-        ],
-        "growing": [path for path, tracks in scene.tracks.items() if any(t.kind is DRAWN for t in tracks)],
-        "legend": [{"label": label, "color": _css(color)} for label, color in legend],
-    }
-
-
-def _column(values: NDArray[np.float64] | list[str]) -> list[str] | list[float | None]:
-    """Values for JSON: three decimals are shown; NaN becomes null."""
-    if isinstance(values, list):
-        return values
-    return [float(v) if np.isfinite(v) else None for v in np.round(values, 3)]
-
-
-def _css(color: tuple[float, float, float] | Rgba) -> str:
-    rgb = (color.r(), color.g(), color.b()) if isinstance(color, Rgba) else color
-    return "#" + "".join(f"{round(255 * min(max(c, 0.0), 1.0)):02x}" for c in rgb[:3])
-
-
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Keep Drake from announcing the address of a Meshcat that nobody is to visit."""
     logger = logging.getLogger("drake")
     level = logger.level

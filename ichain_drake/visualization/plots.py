@@ -67,7 +67,7 @@ def plot_paths(
         axis.set_axisbelow(True)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
-    _write(figure, file)
+    write_figure(figure, file)
 
 
 def plot_learning_curve(
@@ -117,7 +117,47 @@ def plot_learning_curve(
     axis.set_axisbelow(True)
     if series in table.columns:
         axis.legend(frameon=False, title=series)
-    _write(figure, file)
+    write_figure(figure, file)
+
+
+def plot_success_curve(
+    file: Path, table: pd.DataFrame, *, x: str = "pieces", success: str = "success", steps: str = "control_steps"
+) -> None:
+    """Draw how the share of runs that reach their goal grows with the amount of data, and how long those runs take.
+
+    Args:
+        file: where to, ending in `.png`.
+        table: a row for each run, with the columns named below.
+        x: column of the amount of data.
+        success: column that says whether the goal was reached.
+        steps: column of the length of a run; of those that reached the goal the median and the range are drawn.
+
+    Raises:
+        InputError: if a column is missing, there are no rows, or the file can't be written.
+    """
+    for name in (x, success, steps):
+        if name not in table.columns:
+            raise InputError(f"{file}: the table has no column {name!r}; it has {', '.join(map(str, table.columns))}")
+    if table.empty:
+        raise InputError(f"{file}: the table has no rows; nothing to draw")
+    figure = Figure(figsize=(6.4, 5.6), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    runs = table.groupby(x)[success].agg(["mean", "sum", "count"])
+    above.plot(runs.index, runs["mean"], "o-", color="0.15")
+    for amount, row in runs.iterrows():
+        text = f"{int(row['sum'])}/{int(row['count'])}"
+        above.annotate(text, (float(amount), row["mean"]), (0, 7), textcoords="offset points", ha="center")  # type: ignore[arg-type]
+    above.set(ylabel="share of runs that reach the goal", ylim=(-0.05, 1.18))
+    reached = table[table[success].astype(bool)].groupby(x)[steps]
+    low, middle, high = reached.min(), reached.median(), reached.max()
+    below.plot(middle.index, middle, "s--", color="0.15", label="median")
+    below.fill_between(middle.index, low, high, color="0.15", alpha=0.15, linewidth=0, label="least to most")
+    below.set(xlabel=x, ylabel=f"{steps.replace('_', ' ')} where it is reached")
+    below.legend(frameon=False)
+    for axis in (above, below):
+        axis.grid(color="0.92", linewidth=0.7)
+        axis.set_axisbelow(True)
+    write_figure(figure, file)
 
 
 def _path(points: ArrayLike, where: str) -> np.ndarray:
@@ -127,7 +167,12 @@ def _path(points: ArrayLike, where: str) -> np.ndarray:
     return value
 
 
-def _write(figure: Figure, file: Path) -> None:
+def write_figure(figure: Figure, file: Path) -> None:
+    """Write a figure as a `.png`, whole or not at all.
+
+    Raises:
+        InputError: on another ending, or if the file can't be written.
+    """
     if file.suffix != ".png":
         raise InputError(f"{file}: a picture ends in .png")
     stream = io.BytesIO()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction
 from ichain_drake.state import StateSpace
 
 FloatArray = NDArray[np.float64]
@@ -36,6 +38,27 @@ class Readout:
 
 
 @dataclass(frozen=True)
+class Strip:
+    """A quantity that the playback plots over an episode's time, such as a variable that the goal names.
+
+    Attributes:
+        values: at each sample, shape (n,); NaN where there is none.
+        unit: unit symbol.
+        lower, upper: what is wanted of it, drawn as a band; infinite where open, or where nothing is wanted.
+    """
+
+    values: FloatArray
+    unit: str = ""
+    lower: float = -math.inf
+    upper: float = math.inf
+
+    @property
+    def is_wanted(self) -> bool:
+        """Whether there is a band to be in."""
+        return math.isfinite(self.lower) or math.isfinite(self.upper)
+
+
+@dataclass(frozen=True)
 class Episode:
     """One piece of a run, such as one followed path.
 
@@ -46,6 +69,8 @@ class Episode:
         plant_positions: generalized positions of the arm's plant, shape (n, n_positions) [m, rad]; None without an arm.
         readouts: further values to show, by label.
         lines: commanded polylines, shape (m, 2), by the name of the object that draws them, in that object's units.
+        active: whether an interaction is active, shape (n,), by its name `parent->child`.
+        strips: what is plotted over time, by label.
     """
 
     name: str
@@ -54,6 +79,8 @@ class Episode:
     plant_positions: FloatArray | None = None
     readouts: Mapping[str, Readout] = field(default_factory=dict)
     lines: Mapping[str, FloatArray] = field(default_factory=dict)
+    active: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    strips: Mapping[str, Strip] = field(default_factory=dict)
 
     @property
     def duration(self) -> float:
@@ -69,9 +96,11 @@ class Recording:
         scenario, physics, seed: what ran.
         spaces: state space of each object, in the order they are shown.
         episodes: in the order they were run; they may each start at any simulation time.
+        interactions: edges of the interaction graph, for a drawing of it; none draws none.
 
     Raises:
-        InputError: if an array doesn't fit its state space or its times; names the episode and the field.
+        InputError: if an array doesn't fit its state space or its times, or an interaction the graph; names the
+            episode and the field.
     """
 
     scenario: str
@@ -79,13 +108,19 @@ class Recording:
     seed: int
     spaces: Mapping[str, StateSpace]
     episodes: tuple[Episode, ...]
+    interactions: tuple[Interaction, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "episodes", tuple(self.episodes))
+        object.__setattr__(self, "interactions", tuple(self.interactions))
+        for edge in self.interactions:
+            if edge.parent not in self.spaces or edge.child not in self.spaces:
+                raise InputError(f"interaction {edge.name}: the recording's objects are {', '.join(self.spaces)}")
         if not self.episodes:
             raise InputError(f"recording of {self.scenario}: it has no episodes; record one first")
         for episode in self.episodes:
             _check_episode(episode, self.spaces)
+            _check_activity(episode, [e.name for e in self.interactions])
 
     def starts(self, gap: float = 1.0) -> tuple[float, ...]:
         """When each episode starts in the playback [s], on the grid of 1/30 s.
@@ -137,3 +172,18 @@ def _check_episode(episode: Episode, spaces: Mapping[str, StateSpace]) -> None:
     for name, line in episode.lines.items():
         if np.ndim(line) != 2 or np.shape(line)[1] != 2 or not np.isfinite(line).all():
             raise InputError(f"{where}: line {name!r} must be finite, shape (m, 2); shape {np.shape(line)} given")
+
+
+def _check_activity(episode: Episode, edges: list[str]) -> None:
+    """Refuse flags of interactions that there aren't, and flags or strips of another length than the episode."""
+    where, n = f"episode {episode.name}", len(episode.times)
+    for name, flags in episode.active.items():
+        if name not in edges:
+            raise InputError(
+                f"{where}: flags of {name!r}; the recording's interactions are {', '.join(edges) or 'none'}"
+            )
+        if np.shape(flags) != (n,):
+            raise InputError(f"{where}: flags of {name} need shape ({n},), shape {np.shape(flags)} given")
+    for label, strip in episode.strips.items():
+        if np.shape(strip.values) != (n,):
+            raise InputError(f"{where}: strip {label!r} needs shape ({n},), shape {np.shape(strip.values)} given")

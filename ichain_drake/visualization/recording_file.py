@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.visualization.output import write_whole
-from ichain_drake.visualization.recording import Episode, Readout, Recording
+from ichain_drake.visualization.recording import Episode, Readout, Recording, Strip
 
-FORMAT = "ichain-recording-1"
+FORMAT = "ichain-recording-2"
 
 
 def save_recording(recording: Recording, file: Path) -> None:
@@ -46,12 +47,19 @@ def save_recording(recording: Recording, file: Path) -> None:
             arrays[f"{key}.readout{j}"] = np.array(readout.values, dtype=str if readout.is_text else float)
         for j, line in enumerate(episode.lines.values()):
             arrays[f"{key}.line{j}"] = np.asarray(line, dtype=float)
+        for j, flags in enumerate(episode.active.values()):
+            arrays[f"{key}.active{j}"] = np.asarray(flags, dtype=bool)
+        for j, strip in enumerate(episode.strips.values()):
+            arrays[f"{key}.strip{j}"] = np.asarray(strip.values, dtype=float)
         episodes.append(
             {
                 "name": episode.name,
                 "plant": episode.plant_positions is not None,
                 "readouts": [[label, r.unit] for label, r in episode.readouts.items()],
                 "lines": list(episode.lines),
+                "active": list(episode.active),
+                # As text, as JSON has no infinity.
+                "strips": [[label, s.unit, str(s.lower), str(s.upper)] for label, s in episode.strips.items()],
             }
         )
     contents = {
@@ -61,6 +69,7 @@ def save_recording(recording: Recording, file: Path) -> None:
         "seed": recording.seed,
         "spaces": [[name, dataclasses.asdict(space)] for name, space in recording.spaces.items()],
         "episodes": episodes,
+        "interactions": [e.name for e in recording.interactions],
     }
     stream = io.BytesIO()
     np.savez_compressed(stream, contents=np.array(json.dumps(contents)), **arrays)  # type: ignore[arg-type]
@@ -116,8 +125,12 @@ def _read(fields: _Fields) -> Recording:
             raise fields.error("contents", f"is of format {contents['format']!r}, not {FORMAT!r}")
         spaces = {name: _space(entry) for name, entry in contents["spaces"]}
         episodes = [_episode(fields, f"episode{i}", entry, spaces) for i, entry in enumerate(contents["episodes"])]
-        return Recording(contents["scenario"], contents["physics"], int(contents["seed"]), spaces, tuple(episodes))
-    except (KeyError, TypeError, AttributeError, json.JSONDecodeError) as error:
+        edges = tuple(Interaction.parse(name) for name in contents["interactions"])
+        seed = int(contents["seed"])
+        return Recording(contents["scenario"], contents["physics"], seed, spaces, tuple(episodes), edges)
+    except InputError:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise fields.error("contents", f"is malformed ({type(error).__name__}: {error})") from error
 
 
@@ -134,6 +147,10 @@ def _episode(fields: _Fields, key: str, entry: dict[str, Any], spaces: dict[str,
     for j, (label, unit) in enumerate(entry["readouts"]):
         values = fields.array(f"{key}.readout{j}", "fU")
         readouts[label] = Readout(values.tolist() if values.dtype.kind == "U" else values, unit)
+    strips = {
+        label: Strip(fields.array(f"{key}.strip{j}"), unit, float(lower), float(upper))
+        for j, (label, unit, lower, upper) in enumerate(entry["strips"])
+    }
     return Episode(
         name=entry["name"],
         times=fields.array(f"{key}.times"),
@@ -141,4 +158,6 @@ def _episode(fields: _Fields, key: str, entry: dict[str, Any], spaces: dict[str,
         plant_positions=fields.array(f"{key}.plant_positions") if entry["plant"] else None,
         readouts=readouts,
         lines={name: fields.array(f"{key}.line{j}") for j, name in enumerate(entry["lines"])},
+        active={name: fields.array(f"{key}.active{j}", "b") for j, name in enumerate(entry["active"])},
+        strips=strips,
     )

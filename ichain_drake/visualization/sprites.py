@@ -1,6 +1,8 @@
-"""Pictures of two-dimensional games, drawn in code: a playfield and a car from above."""
+"""Pictures of two-dimensional games, drawn in code: a playfield, a car and a ship from above."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
@@ -12,39 +14,53 @@ GRID: Color = (77, 94, 111)
 GRID_MAJOR: Color = (93, 112, 130)
 TEXT: Color = (176, 192, 206)
 CAR: Color = (240, 84, 62)
+SHIP: Color = (240, 150, 60)
 
+_FIELD_WIDTH = 1600  # of a playfield's picture
 _SCALE = 4  # drawn larger, then reduced: smooth edges
 
 
-def playfield(width: int, height: int, y_down: bool, spacing: int = 50) -> Image.Image:
-    """A quiet dark field with a grid and its coordinates in px.
+def playfield(width: float, height: float, y_down: bool) -> Image.Image:
+    """A quiet dark field with a grid and its coordinates, about eight numbered lines across.
 
     Args:
-        width: of the game's screen [px].
-        height: of the game's screen [px].
+        width, height: of the game's plane, from (0, 0), in its unit.
         y_down: whether y = 0 is at the top.
-        spacing: of the grid [px]; every second line is stronger and numbered.
 
     Returns:
-        RGB, of two image pixels to a game pixel.
+        RGB, 1600 wide.
     """
-    zoom = 2
-    image = Image.new("RGB", (zoom * width, zoom * height), FIELD)
+    zoom = _FIELD_WIDTH / width
+    right, bottom = _FIELD_WIDTH, round(zoom * height)
+    image = Image.new("RGB", (right, bottom), FIELD)
     draw = ImageDraw.Draw(image)
-    font = ImageFont.load_default(15 * zoom)
-    for major in (False, True):
-        step = spacing * (2 if major else 1)
-        color = GRID_MAJOR if major else GRID
-        for x in range(step, width, step):
-            draw.line([(zoom * x, 0), (zoom * x, zoom * height)], fill=color, width=zoom)
-        for y in range(step, height, step):
-            row = zoom * (y if y_down else height - y)
-            draw.line([(0, row), (zoom * width, row)], fill=color, width=zoom)
-    for x in range(2 * spacing, width, 2 * spacing):
-        draw.text((zoom * x, zoom * (height - 5)), f"{x}", fill=TEXT, font=font, anchor="ms")
-    for y in range(2 * spacing, height, 2 * spacing):
-        draw.text((zoom * 6, zoom * (y if y_down else height - y)), f"{y}", fill=TEXT, font=font, anchor="lm")
+    font = ImageFont.load_default(30)
+    step = _round_down(width / 8)
+
+    def row(y: float) -> float:
+        return zoom * (y if y_down else height - y)
+
+    for spacing, color in ((step / 2, GRID), (step, GRID_MAJOR)):
+        for x in _lines(width, spacing):
+            draw.line([(zoom * x, 0), (zoom * x, bottom)], fill=color, width=2)
+        for y in _lines(height, spacing):
+            draw.line([(0, row(y)), (right, row(y))], fill=color, width=2)
+    for x in _lines(width, step):
+        draw.text((zoom * x, bottom - 10), f"{x:g}", fill=TEXT, font=font, anchor="ms")
+    for y in _lines(height, step):
+        draw.text((12, row(y)), f"{y:g}", fill=TEXT, font=font, anchor="lm")
     return image
+
+
+def _lines(extent: float, spacing: float) -> list[float]:
+    """Multiples of the spacing between the two edges."""
+    return [k * spacing for k in range(1, math.ceil(extent / spacing - 1e-9))]
+
+
+def _round_down(value: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above a value."""
+    power: float = 10.0 ** math.floor(math.log10(value) + 1e-9)
+    return max(f for f in (1.0, 2.0, 5.0) if f * power <= value * (1 + 1e-9)) * power
 
 
 def car_sprite(color: Color = CAR, opacity: float = 1.0) -> Image.Image:
@@ -79,6 +95,37 @@ def car_sprite(color: Color = CAR, opacity: float = 1.0) -> Image.Image:
     box(142, 19, 149, 31, 4, (255, 244, 200))  # head lights
     box(142, 49, 149, 61, 4, (255, 244, 200))
     return _faded(_haloed(image).resize((160, 80), Image.Resampling.LANCZOS), opacity)
+
+
+def ship_sprite(color: Color = SHIP, opacity: float = 1.0) -> Image.Image:
+    """A ship from above that points to the right, 4 : 1.
+
+    Args:
+        color: of the hull.
+        opacity: 0..1.
+
+    Returns:
+        RGBA, 240 x 60.
+    """
+    image = Image.new("RGBA", (240 * _SCALE, 60 * _SCALE), (0, 0, 0, 0))
+    draw = ImageDraw.Draw(image)
+
+    def hull(inset: float, fill: tuple[int, ...]) -> None:
+        stern, bow, side = 6 + inset, 234 - 2 * inset, 8 + inset
+        curve = [(165 + (bow - 165) * t, 30 - (30 - side) * (1 - t**2)) for t in np.linspace(0, 1, 30)]
+        upper = [(stern, side + 5), (stern + 12, side), *curve]
+        lower = [(x, 60 - y) for x, y in reversed(upper)]
+        draw.polygon([(x * _SCALE, y * _SCALE) for x, y in [*upper, *lower]], fill=fill)
+
+    hull(0, tuple(round(c * 0.55) for c in color))
+    hull(3, color)
+    for x0, y0, x1, y1, fill in (
+        (22, 17, 66, 43, (240, 243, 246)),  # bridge
+        (56, 19, 62, 41, (35, 46, 58)),  # its windows
+        (84, 19, 148, 41, tuple(round(c * 0.75) for c in color)),  # hatches
+    ):
+        draw.rounded_rectangle([v * _SCALE for v in (x0, y0, x1, y1)], 3 * _SCALE, fill=fill)
+    return _faded(_haloed(image).resize((240, 60), Image.Resampling.LANCZOS), opacity)
 
 
 def _haloed(image: Image.Image) -> Image.Image:

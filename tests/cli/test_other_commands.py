@@ -78,6 +78,8 @@ def test_graph_as_picture(options, ichain, tmp_path):
 
 def test_the_diagram_has_one_system_an_object(ichain):
     assert ichain("graph", "car_game", "--diagram").out.split() == ["hand", "joystick", "car"]
+    systems = ichain("graph", "water_dispenser", "--diagram").out.split()
+    assert sorted(systems) == ["cup", "dispense", "hand", "power", "tank"]
 
 
 def test_graph_errors(ichain, tmp_path, monkeypatch):

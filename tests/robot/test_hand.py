@@ -6,7 +6,7 @@ from pydrake.common.yaml import yaml_load_typed
 from pydrake.math import RigidTransform, RotationMatrix
 
 from ichain_drake.errors import InputError
-from ichain_drake.robot import HAND, HandSpec, RobotSpec, SphereSurface, hand_pose, hand_values
+from ichain_drake.robot import HAND, HandSpec, RingPath, RobotSpec, SphereSurface, hand_pose, hand_values
 from ichain_drake.robot.pose import rotation_vector
 from ichain_drake.state import wrap_angle
 
@@ -121,3 +121,16 @@ def test_robot_spec_from_yaml_and_unknown_keys() -> None:
 def test_home_of_an_unknown_variable() -> None:
     with pytest.raises(InputError, match="robot.home: no variable 'w'"):
         RobotSpec(home={"w": 1.0}).home_hand()
+
+
+def test_x_and_y_keep_to_a_ring() -> None:
+    spec = HandSpec(["x", "y", "z"], {}, ring=RingPath([0.5, 0.1], 0.2))
+    np.testing.assert_allclose(spec.full([0.5, 0.4, 0.3])[:3], [0.5, 0.3, 0.3])
+    np.testing.assert_allclose(spec.full([[0.5, 0.1, 0.3]])[0, :2], [0.3, 0.1])  # from the axis itself: in front
+    for bad, message in (
+        (HandSpec(["x", "z"], {"y": 0.0}, ring=RingPath()), "x and y keep to the ring"),
+        (HandSpec(["x", "y", "z"], {}, ring=RingPath([0.0], 0.1)), r"hand.ring: give center as \[x, y\]"),
+        (HandSpec(["x", "y", "z"], {}, ring=RingPath([0.0, 0.0], 0.0)), "a radius above 0"),
+    ):
+        with pytest.raises(InputError, match=message):
+            _ = bad.space

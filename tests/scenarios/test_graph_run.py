@@ -2,17 +2,31 @@
 
 import json
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ichain_drake.control.graph.executor import ExecutorSettings
+from ichain_drake.control.graph.controller import GraphController
+from ichain_drake.control.graph.executor import Executor, ExecutorSettings
 from ichain_drake.control.graph.plan import NoPlan, Plan
 from ichain_drake.control.graph.tasks import Mode
 from ichain_drake.errors import InputError
 from ichain_drake.learning.interaction import InteractionSpec
 from ichain_drake.learning.link import EstimatorSpec
-from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, look, make_goal, make_plan, run_graph
+from ichain_drake.scenarios.commands import Commands
+from ichain_drake.scenarios.episode import Episode
+from ichain_drake.scenarios.graph_output import classified, flags_of, make_graph_recording, write_graph_pictures
+from ichain_drake.scenarios.graph_run import (
+    GraphEpisode,
+    GraphRun,
+    Knowledge,
+    learn_graph,
+    look,
+    make_goal,
+    make_plan,
+    run_graph,
+)
 from ichain_drake.scenarios.water_dispenser import WaterDispenser
 
 HOT = ["cup.temperature >= 0.5", "cup.water >= 0.3", "not hand->cup"]
@@ -29,7 +43,7 @@ def knowledge() -> Knowledge:
     return learn_graph(list(scenario().record_demonstrations()), scenario().graph, QUICK)
 
 
-def test_a_cup_of_warm_water_from_demonstrations_alone() -> None:
+def test_a_cup_of_warm_water_from_demonstrations_alone(tmp_path: Path) -> None:
     run = GraphRun(scenario(), tuple(HOT))
     run_graph(run, knowledge=knowledge())
     report = run.report()
@@ -45,8 +59,19 @@ def test_a_cup_of_warm_water_from_demonstrations_alone() -> None:
     assert report["control_steps"] == pytest.approx(report["sim_seconds"] * 3, abs=2)
     assert set(report["models"]) >= {"hand->cup", "cup->tank"}
     json.dumps(report, allow_nan=False)
-    recording = run.recording()
-    assert len(recording.episodes[0].readouts["controller"].values) == len(run.log.times)
+    written = write_graph_pictures(run, tmp_path)
+    assert [p.name for p in written] == ["timeline.png"]
+    assert written[0].stat().st_size > 20_000
+    assert run.model is not None
+    said, truth = classified(run.model, run.log), flags_of(run.log, scenario().graph)
+    for name, flags in said.items():  # one row a tick; now and then it is a tick late
+        assert np.mean(flags != truth[name][::10]) < 0.1, name
+    recording = make_graph_recording(run)
+    assert recording.interactions == scenario().graph.interactions
+    shown = recording.episodes[0].readouts
+    assert (shown["goal"].values[-1], shown["error"].values[-1]) == (f"{len(HOT)} of {len(HOT)} met", "none")
+    assert shown["tank temperature"].values[-1] == run.log.states["tank"][-1, 1]
+    assert shown["skill"].values.count("activate") > 0
     assert set(np.unique(run.doing["mode"])) >= {Mode.ACTIVATE, Mode.CARRY, Mode.DRIVE}
 
 
@@ -106,3 +131,21 @@ def test_a_run_that_takes_too_long_says_so() -> None:
     run_graph(run, knowledge=knowledge(), settings=ExecutorSettings(ticks=15))
     assert run.report()["reason"] == "not done after 15 control steps"
     assert not run.goal_reached
+
+
+def test_a_person_may_change_what_is_wanted_while_it_runs() -> None:
+    start = look(scenario())
+    known = knowledge()
+    goal = make_goal(HOT, known.model, start)
+    executor = Executor(known.model, known.skills, known.planner.plan, goal)
+    world, prepare = scenario().make_world(0)
+    hand = start[scenario().graph.root]
+    episode = GraphEpisode(world, GraphController(executor, hand), prepare)
+    item = next(a for a in scenario().adjustables() if a.name == "cup.water >=")
+    item.apply(episode, 0.45)
+    wanted = {(c.object, c.variable): c.lower for c in executor.goal.conditions}
+    assert wanted == {("cup", "temperature"): 0.5, ("cup", "water"): 0.45}
+    assert executor.goal.inactive == goal.inactive
+    world, prepare = scenario().make_world(0)
+    item.apply(Episode(world, Commands(hand[None]), prepare), 0.2)  # a demonstration wants nothing
+    assert executor.goal.conditions[1].lower == 0.45

@@ -45,8 +45,8 @@ def steps_of(piece: Demonstration) -> set[str]:
 def test_there_are_at_most_sixteen_of_the_right_length(pieces: list[Demonstration]) -> None:
     assert len(pieces) <= 16
     assert len({p.name for p in pieces}) == len(pieces)
-    assert 270 <= TICK * sum(len(p) - 1 for p in pieces) <= 400
-    assert max(len(p) for p in pieces) * TICK < 50
+    assert 270 <= TICK * sum(len(p) - 1 for p in pieces) <= 480
+    assert max(len(p) for p in pieces) * TICK < 70
 
 
 def test_they_pass_the_table_checks_with_all_objects_and_flags(

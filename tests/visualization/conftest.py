@@ -5,6 +5,7 @@ import gzip
 import re
 import shutil
 import struct
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,11 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from ichain_drake.graph import Interaction
 from ichain_drake.state import StateSpace, Variable
-from ichain_drake.visualization import Episode, GameScreen, Readout, Recording, linear_rgb, write_playback
+from ichain_drake.visualization import Episode, GameScreen, Readout, Recording, Strip, linear_rgb, write_playback
+
+sys.path.insert(0, str(Path(__file__).parent))  # the helpers beside the tests, whatever import mode pytest runs in
 
 TWO_LINKS = """
 <robot name="two_link">
@@ -85,12 +89,17 @@ def episode(name: str, samples: int, phase: float, start: float = 0.0) -> Episod
         np.column_stack([0.8 * np.sin(t + phase), 1.2 * np.cos(0.7 * t)]),
         {"error": Readout(0.1 * t + phase, "px"), "mode": Readout(["drive" if x < 3 else "stop" for x in t])},
         {"car": xy[:: max(1, samples // 40)] + 2.0},
+        {"lamp->car": np.floor(t) % 2 == 1},
+        {"lamp level": Strip(level, "m", 0.5), "free": Strip(np.where(t < 1, np.nan, t))},
     )
+
+
+EPISODES = (episode("eight", 181, 0.0, 2.0), episode("spiral", 121, 1.0))
 
 
 @pytest.fixture(scope="session")
 def recording() -> Recording:
-    return Recording("test_game", "ideal", 7, SPACES, (episode("eight", 181, 0.0, 2.0), episode("spiral", 121, 1.0)))
+    return Recording("test_game", "ideal", 7, SPACES, EPISODES, (Interaction("lamp", "car"),))
 
 
 @pytest.fixture(scope="session")

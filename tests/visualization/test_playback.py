@@ -97,6 +97,8 @@ def test_one_sample_without_arm_and_with_a_hand_is_written(recording, drawings, 
         states={name: value[:1] for name, value in first.states.items()},
         plant_positions=None,
         readouts={},
+        active={},
+        strips={},
     )
     hand = HandDrawing(lambda state: (RigidTransform([state[0], 0, 0.2]), 0.04))
     file = tmp_path / "one.html"

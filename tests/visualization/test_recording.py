@@ -10,7 +10,7 @@ import pytest
 
 from ichain_drake.errors import InputError
 from ichain_drake.state import Role, StateSpace, Variable
-from ichain_drake.visualization import Readout, Recording, load_recording, save_recording
+from ichain_drake.visualization import Readout, load_recording, save_recording
 
 GOOD = "record it again"
 
@@ -69,7 +69,7 @@ def test_episodes_follow_each_other_with_a_gap(recording):
 def test_misfitting_episode_is_refused(recording, change, message):
     bad = dataclasses.replace(recording.episodes[1], **change)
     with pytest.raises(InputError, match=message):
-        Recording("test_game", "ideal", 7, recording.spaces, (recording.episodes[0], bad))
+        dataclasses.replace(recording, episodes=(recording.episodes[0], bad))
 
 
 def test_states_of_another_shape_or_with_nan_are_refused(recording):

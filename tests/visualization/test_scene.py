@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from ichain_drake.errors import InputError
 from ichain_drake.visualization import Drawing, EpisodeDrawing, GameScreen, Scene, linear_rgb
 from ichain_drake.visualization.ribbon import ribbon, spaced
-from ichain_drake.visualization.sprites import car_sprite, playfield
+from ichain_drake.visualization.sprites import car_sprite, playfield, ship_sprite
 from ichain_drake.visualization.tracks import Track, TrackKind, needed_keyframes, pack_animation
 
 
@@ -185,5 +185,10 @@ def test_sprites_have_what_they_promise():
     assert nose.sum() > tail.sum()  # head lights point to +x
     assert np.asarray(car_sprite(opacity=0.3))[40, 80, 3] == pytest.approx(77, abs=2)
     down, up = playfield(200, 100, y_down=True), playfield(200, 100, y_down=False)
-    assert isinstance(down, Image.Image) and down.size == (400, 200)
+    assert isinstance(down, Image.Image) and down.size == (1600, 800)
+    # Whatever the unit, there is a grid of the same density.
+    assert np.asarray(playfield(20, 10, y_down=True)).std() == pytest.approx(np.asarray(down).std(), rel=0.2)
+    ship = np.asarray(ship_sprite(opacity=0.5)).astype(int)
+    assert ship.shape == (60, 240, 4) and ship[30, 120, 3] == pytest.approx(127, abs=2)
+    assert (ship[:, 225, 3] > 100).sum() < 0.5 * (ship[:, 40, 3] > 100).sum()  # the bow is at the right
     assert np.asarray(down).mean() == pytest.approx(np.asarray(up).mean(), rel=0.05)

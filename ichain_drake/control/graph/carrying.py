@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ichain_drake.control.graph.course import Course
 from ichain_drake.control.graph.plan import States
 from ichain_drake.control.graph.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.graph.travel import jumping
@@ -27,6 +28,7 @@ class Carry(Task):
     since: int = 0
     looked: bool = False
     ahead: FloatArray | None = None
+    course: Course = field(default_factory=Course)
 
     mode = Mode.CARRY
 
@@ -72,7 +74,7 @@ class Carry(Task):
             wanted = np.full(len(space), np.nan)
             wanted[index] = error
             self.ahead = self._linearized(view, now, wanted)
-        command, near = view.towards(self.ahead)
+        command, near = view.travel(self.course, self.ahead, child)
         self.looked = near
         self.still = 3 if near else 0
         return command

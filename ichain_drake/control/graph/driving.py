@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ichain_drake.control.graph.carrying import Carry
+from ichain_drake.control.graph.course import Course
 from ichain_drake.control.graph.model import GraphModel
 from ichain_drake.control.graph.plan import PlanStep
 from ichain_drake.control.graph.tasks import DONE, Answer, Failed, Mode, Task, View
@@ -28,6 +29,7 @@ class Drive(Task):
     arrived: bool = False
     pushed: bool = False
     carrying: Carry | None = None
+    course: Course = field(default_factory=Course)
 
     mode = Mode.DRIVE
 
@@ -42,7 +44,7 @@ class Drive(Task):
                 return answer
             self.carrying = None
         if not self.arrived and self.goal is not None:
-            command, self.arrived = view.towards(self.goal)
+            command, self.arrived = view.travel(self.course, self.goal)
             return command
         model, chain = view.model, step.chain
         target, name, direction, value = step.until

@@ -12,14 +12,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ichain_drake.control.graph.carried import Carried
 from ichain_drake.control.graph.carrying import Carry, CarryPart
+from ichain_drake.control.graph.course import Motion
 from ichain_drake.control.graph.driving import Drive
 from ichain_drake.control.graph.goals import gap, value_of, words
 from ichain_drake.control.graph.model import GraphModel
 from ichain_drake.control.graph.plan import Goal, NoPlan, Plan, PlanStep, States
 from ichain_drake.control.graph.skills import Skills
-from ichain_drake.control.graph.tasks import Failed, Look, Mode, Switch, Task, View
+from ichain_drake.control.graph.tasks import Answer, Failed, Look, Mode, Switch, Task, View
 from ichain_drake.control.graph.travel import resting_states
+from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
@@ -27,6 +30,7 @@ Planner = Callable[[States, Goal], Plan | NoPlan]
 
 _READINGS = 12
 _LOOK = 4  # ticks of averaging before planning and after a step
+_GONE, _NARROW = 5.0, 0.05  # demonstrated ranges away, each at least so wide [m]
 _PLACE, _VALUE = 0.05, 0.12  # of the demonstrated range: larger deviations from the prediction are noticed
 
 
@@ -65,6 +69,7 @@ class Memory:
         cause: of the failure in a word; empty if there is none.
         looked_again: whether it looks longer since no plan was found.
         log: (tick, text) of everything that did not go as planned.
+        carried: what the robot holds, and where it let go of what it held.
     """
 
     command: FloatArray
@@ -80,6 +85,7 @@ class Memory:
     cause: str = ""
     looked_again: bool = False
     log: list[tuple[int, str]] = field(default_factory=list)
+    carried: Carried = field(default_factory=Carried)
 
     @property
     def stopped(self) -> bool:
@@ -103,6 +109,7 @@ class Executor:
         planner: makes plans from measured states.
         goal: what is wanted; or a function of the measured states at the start.
         settings: see there.
+        motion: lays out the robot's ways; straight lines without.
     """
 
     def __init__(
@@ -112,9 +119,11 @@ class Executor:
         planner: Planner,
         goal: Goal,
         settings: ExecutorSettings | None = None,
+        motion: Motion | None = None,
     ) -> None:
         self.model, self.skills, self.planner, self.goal = model, skills, planner, goal
         self.settings = settings or ExecutorSettings()
+        self.motion = motion
         self._vias = resting_states(model)
         self._root = model.graph.root
 
@@ -149,6 +158,9 @@ class Executor:
         memory.readings = [*memory.readings[1 - _READINGS :], reading]
         if memory.tick > self.settings.ticks:
             return self._stop(memory, "time", f"not done after {self.settings.ticks} control steps")
+        gone = self._gone(reading)
+        if gone:
+            return self._stop(memory, "gone", gone)
         for _ in range(100):  # tasks that need no time
             if not memory.tasks:
                 self._next(memory)
@@ -157,7 +169,7 @@ class Executor:
                 continue
             task = memory.tasks[0]
             memory.mode = task.mode
-            answer = task.act(self._view(memory))
+            answer = self._act(memory, task)
             if isinstance(answer, Failed):
                 self._failed(memory, answer)
                 if memory.stopped:
@@ -171,10 +183,42 @@ class Executor:
         return self._stop(memory, "loop", "its tasks ended at once over and over again")
 
     def _view(self, memory: Memory) -> View:
-        return View(
+        view = View(
             self.model, self.skills, self._vias, memory.readings, memory.command, self.settings.monitors,
-            self.settings.attempts,
+            self.settings.attempts, self.motion, memory.carried.left,
         )  # fmt: skip
+        if view.left:
+            view.left = memory.carried.standing(self.model, view.averaged())
+        return view
+
+    def _gone(self, reading: States) -> str:
+        """Which object is where nothing brings it back from (it fell, say), in words; empty if there is none."""
+        for name in self.model.passive:
+            low, high = self.model.low[name], self.model.high[name]
+            for i, v in enumerate(self.model.graph.objects[name].observable.variables):
+                away = max(low[i] - reading[name][i], reading[name][i] - high[i])
+                if v.role is not None and v.role.kind == "position" and away > _GONE * max(high[i] - low[i], _NARROW):
+                    return f"{name} is gone: its {v.name} is {reading[name][i]:.4g} {v.unit}; start again"
+        return ""
+
+    def _act(self, memory: Memory, task: Task) -> Answer:
+        """One tick of a task; what the robot carries and where it let go of things is kept on the way."""
+        view = self._view(memory)
+        try:
+            answer = task.act(view)
+        except UnreachableError as error:
+            if task.edge is None:
+                raise
+            return Failed(task.edge, "reach", f"{task.edge.name}: {error}")
+        carried, child = memory.carried, task.edge.child if task.edge is not None else ""
+        if isinstance(task, Carry):
+            memory.carried = carried.taken(child)
+        elif isinstance(task, Switch) and not task.activate:
+            if carried.held == child:
+                memory.carried = carried.let_go(memory.command)
+            elif isinstance(answer, str):
+                memory.carried = carried.settled(child, view.averaged()[child])
+        return answer
 
     # From step to step.
 
@@ -235,6 +279,8 @@ class Executor:
     def _failed(self, memory: Memory, failure: Failed) -> None:
         """Bring a carried object back to where its drive began, let go of what is not carried, and plan anew."""
         step = memory.plan.steps[memory.step] if memory.plan is not None and memory.step >= 0 else None
+        if failure.cause == "lost":
+            memory.carried = memory.carried.slipped()
         self._replan(memory, failure.cause, failure.text)
         if memory.stopped or step is None:
             return

@@ -30,6 +30,7 @@ _NOISES = 5.0
 _NEARLY_BEST = 0.9  # of the best sample's change: among those the surest one is taken
 _QUIET = 0.05  # of the best sample's change
 _MOST_SAMPLES = 60  # per chain
+_UNSEEN = 4.0  # weight of the distance from what was demonstrated
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +218,8 @@ def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, 
     """The quiet sample from which a drive begins; the driving one itself if there is none.
 
     Near the driving sample, and in each variable near a value at which the object was let go: a fuller object than
-    that of the samples must stay quiet too.
+    that of the samples must stay quiet too. The object is brought to the place first and turned there, so that it must
+    have been there, or nearly, before it was turned.
     """
     rows = np.flatnonzero(quiet)
     if not len(rows):
@@ -227,5 +229,19 @@ def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, 
     pose = batch[obj][:, carry.follow]
     away = np.abs(pose[rows, None, :] - carry.places[None]).min(axis=1) / width
     distance = 2.0 * away.sum(axis=1) + (np.abs(pose[rows] - pose[hold]) / width).sum(axis=1)
+    distance += _UNSEEN * _unseen(model, carry, pose[rows], width)
     turned = model.graph.objects[root].observable.difference(batch[root][rows], batch[root][hold])
     return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])
+
+
+def _unseen(model: GraphModel, carry: Carry, poses: FloatArray, width: FloatArray) -> FloatArray:
+    """How far poses, not turned yet, are from all demonstrated ones, in demonstrated ranges, shape (n,)."""
+    obj = carry.edge.child
+    variables = model.graph.objects[obj].observable.variables
+    turned = [k for k, i in enumerate(carry.follow) if (r := variables[i].role) is None or r.kind != "position"]
+    if len(turned) in (0, len(carry.follow)):
+        return np.zeros(len(poses))
+    before = poses.copy()
+    before[:, turned] = np.median(carry.places[:, turned], axis=0)
+    seen = model.edges[carry.edge].examples.active[obj][:, carry.follow]
+    return (np.abs(before[:, None, :] - seen[None]) / width).sum(axis=2).min(axis=1)

@@ -19,6 +19,7 @@ from ichain_drake.control.graph.travel import jumping
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.interaction.events import SwitchingWindow
 from ichain_drake.state import FloatArray
 
 SkillFunction = Callable[[States, int], FloatArray]
@@ -26,21 +27,6 @@ SkillFunction = Callable[[States, int], FloatArray]
 shape (n, n_root)."""
 
 _BEFORE, _AFTER = 4, 3  # ticks around an event
-
-
-@dataclass(frozen=True, eq=False)
-class SwitchingWindow:
-    """One demonstrated (de)activation.
-
-    Attributes:
-        root: robot states around the event, shape (n_rows, n_root).
-        child: the object's state in the last row before the event, shape (n_child,).
-        event: row of `root` that is the first after the event.
-    """
-
-    root: FloatArray
-    child: FloatArray
-    event: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,14 +5,17 @@ Each task keeps its own memory and answers each tick with a robot command, with 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
 
+from ichain_drake.control.graph.course import Course, Motion
 from ichain_drake.control.graph.model import GraphModel
 from ichain_drake.control.graph.skills import Skills
 from ichain_drake.control.graph.travel import corners, jumping, step_towards
+from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
@@ -62,6 +65,8 @@ class View:
         command: the last command, shape (n_root,).
         monitors: whether to watch.
         attempts: for a switching.
+        motion: lays out ways of the robot; straight lines without.
+        left: robot state in which each object that it carried was let go of, shape (n_root,).
     """
 
     model: GraphModel
@@ -71,6 +76,8 @@ class View:
     command: FloatArray
     monitors: bool = True
     attempts: int = 4
+    motion: Motion | None = None
+    left: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def averaged(self, ticks: int = 3) -> dict[str, FloatArray]:
         """Measured states averaged over the last ticks; whole numbers by their median, the robot's is its command."""
@@ -98,6 +105,12 @@ class View:
         """See `step_towards`."""
         root = self.model.graph.root
         return step_towards(self.model.graph.objects[root].observable, self.command, goal, self.model.step_limit[root])
+
+    def travel(self, course: Course, goal: FloatArray, held: str | None = None) -> tuple[FloatArray, bool]:
+        """See `Course.towards`."""
+        root = self.model.graph.root
+        space, limit = self.model.graph.objects[root].observable, self.model.step_limit[root]
+        return course.towards(space, self.command, goal, limit, self.motion, held, self.left)
 
 
 @dataclass(eq=False)
@@ -137,6 +150,8 @@ class Switch(Task):
     wait: int = 0
     retreating: bool = False
     forced: bool = False
+    far: int = 0  # states of the path before the demonstrated ones
+    course: Course = field(default_factory=Course)
 
     @property
     def mode(self) -> Mode:  # type: ignore[override]
@@ -151,11 +166,10 @@ class Switch(Task):
                 return DONE
             self.path = self._lay(view, self.activate)
         if self.path:
-            command, there = view.towards(self.path[0])
-            if there:
-                self.path.pop(0)
             self.wait = 2
-            return command
+            if self._taken(view):
+                return DONE
+            return self._go(view)
         if self.wait:
             self.wait -= 1
             if not (self.wait == 0 and not self.retreating):
@@ -180,10 +194,36 @@ class Switch(Task):
         self.path = self._lay(view, False) if self.activate else self._lay(view, self.activate)
         return view.command.copy()
 
+    def _taken(self, view: View) -> bool:
+        """What is taken goes along from here on: its ways are laid out with it, not as it was once demonstrated."""
+        if view.motion is None or not self.activate or self.retreating or self.far or not self.path:
+            return False
+        jumps = jumping(view.model.graph.objects[view.model.graph.root].observable)
+        done = all((row[jumps] == view.command[jumps]).all() for row in self.path)
+        return done and view.is_active(self.edge)  # type: ignore[arg-type]
+
+    def _go(self, view: View) -> FloatArray:
+        assert self.path
+        try:  # what was demonstrated is gone as it was
+            command, there = view.travel(self.course, self.path[0]) if self.far else view.towards(self.path[0])
+        except UnreachableError:
+            if self.attempt + 1 >= view.attempts:
+                raise
+            # Another event may begin where the robot can get to.
+            self.attempt, self.path = self.attempt + 1, self._lay(view, self.activate)
+            return view.command.copy()
+        if there:
+            self.path.pop(0)
+            self.far, self.course = max(self.far - 1, 0), Course()
+        return command
+
     def _lay(self, view: View, activate: bool) -> list[FloatArray]:
         assert self.edge is not None
         states = view.averaged()
         path = view.skills.path(view.model, self.edge, activate, states, self.attempt)
+        self.far, self.course = 0, Course()
         if not activate:
             return list(path)
-        return [*corners(view.model, states, path[0], view.vias), *path[1:]]
+        way = corners(view.model, states, path[0], view.vias)
+        self.far = len(way)
+        return [*way, *path[1:]]

@@ -94,7 +94,7 @@ class RectifiedLinearRegressor(RegressorMixin, BaseEstimator):
 
     def _least_squares(self, phi: FloatArray, y: FloatArray) -> FloatArray:
         penalty = self.alpha * len(phi) * np.eye(phi.shape[1])
-        return np.linalg.solve(phi.T @ phi + penalty, phi.T @ y)
+        return np.asarray(np.linalg.solve(phi.T @ phi + penalty, phi.T @ y), dtype=float)
 
     def predict(self, X: ArrayLike) -> FloatArray:  # noqa: N803 - scikit-learn's name
         """Predict.

@@ -1,6 +1,7 @@
 """Learning an interaction graph from unordered demonstration pieces with active flags (paper sec. V, VI)."""
 
-from ichain_drake.learning.interaction.events import EdgeExamples, Switching
+from ichain_drake.learning.interaction.checks import read_pieces
+from ichain_drake.learning.interaction.events import EdgeExamples, Switching, SwitchingWindow
 from ichain_drake.learning.interaction.inverse import Inverse, invert, wanted_change
 from ichain_drake.learning.interaction.learn import learn_interactions
 from ichain_drake.learning.interaction.model import InteractionModel
@@ -16,10 +17,12 @@ __all__ = [
     "Inverse",
     "LearnedInteraction",
     "Switching",
+    "SwitchingWindow",
     "event_f1",
     "f1",
     "invert",
     "learn_interactions",
+    "read_pieces",
     "report",
     "wanted_change",
 ]

@@ -3,17 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
-from ichain_drake.demonstrations import Demonstration
+from ichain_drake.demonstrations import Demonstration, read_folder
+from ichain_drake.demonstrations.table import TIME
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import FloatArray
+from ichain_drake.timing import TICK
 
 _PERIOD_TOLERANCE = 0.05
+_ON = 0.5
 _DIGITS = 9  # states that agree to so many decimals are the same state
+
+
+def read_pieces(folder: Path, graph: InteractionGraph) -> list[Demonstration]:
+    """Read every piece of a folder and check them for learning a graph, before anything else is done with them.
+
+    Raises:
+        InputError: if the folder or a file can't be read, and as `check_pieces` and `check_flags`.
+    """
+    pieces = read_folder(folder)
+    check_pieces(pieces, graph)
+    flags = {e: [p.table[e.name].to_numpy(dtype=float) > _ON for p in pieces] for e in graph.interactions}
+    check_flags([p.name for p in pieces], flags)
+    return pieces
 
 
 def check_pieces(pieces: Sequence[Demonstration], graph: InteractionGraph) -> None:
@@ -44,19 +62,35 @@ def check_pieces(pieces: Sequence[Demonstration], graph: InteractionGraph) -> No
             raise InputError(
                 f"piece {piece.name}: {what}; add a column {lost[0]} of 0 and 1 that says when {lost[0]} is active"
             )
-    _check_periods(pieces)
+    _check_periods(pieces, graph)
     for piece in pieces:
         piece.check(graph, list(graph.objects))
 
 
-def _check_periods(pieces: Sequence[Demonstration]) -> None:
-    timed = [(p.name, p.period) for p in pieces if "time" in p.table and len(p) > 1]
-    for name, period in timed[1:]:
-        if not abs(period - timed[0][1]) <= _PERIOD_TOLERANCE * abs(timed[0][1]):
-            raise InputError(
-                f"piece {name}: its period is {period:.4g} s, but that of {timed[0][0]} is {timed[0][1]:.4g} s; all "
-                "edges need one period: record or resample every piece at 3 Hz"
-            )
+def _check_periods(pieces: Sequence[Demonstration], graph: InteractionGraph) -> None:
+    timed = [(p, period) for p in pieces if np.isfinite(period := _period(p))]
+    for piece, period in timed[1:]:
+        first, usual = timed[0]
+        if abs(period - usual) <= _PERIOD_TOLERANCE * abs(usual):
+            continue
+        # The one that is further from what is needed is to blame, whichever comes first.
+        (odd, its), (other, theirs) = (piece, period), (first, usual)
+        if abs(usual - TICK) > abs(period - TICK):
+            (odd, its), (other, theirs) = (other, theirs), (odd, its)
+        shown = [e.name for e in graph.interactions if (odd.table[e.name] == 1).any()]
+        edge = shown[0] if shown else graph.interactions[0].name
+        raise InputError(
+            f"piece {odd.name}: its period is {its:.4g} s, but that of {other.name} is {theirs:.4g} s; {edge} can't be "
+            "learned from both: record or resample every piece at 3 Hz"
+        )
+
+
+def _period(piece: Demonstration) -> float:
+    """Median time between rows [s]; NaN where the times can't be read, which is told later."""
+    if TIME not in piece.table or len(piece) < 2:  # noqa: PLR2004
+        return np.nan
+    times = pd.to_numeric(piece.table[TIME], errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+    return float(np.median(np.diff(times)))
 
 
 def check_flags(names: Sequence[str], flags: Mapping[Interaction, Sequence[NDArray[np.bool_]]]) -> None:

@@ -44,6 +44,7 @@ class Column:
         mixes: for `received` and `mixing`: indices of the parent's intensive (of `mixing`), the child's amount, the
             child's intensive (of `mixing`).
         floor: noise of a difference of the amount.
+        turns: for `parent_change` of an orientation: indices of the child's orientations.
     """
 
     source: Source
@@ -54,6 +55,7 @@ class Column:
     alignment: Alignment | None = None
     mixes: tuple[int, int, int] = (-1, -1, -1)
     floor: float = 0.0
+    turns: tuple[int, ...] = ()
 
     @property
     def parent_variables(self) -> tuple[int, ...]:
@@ -66,10 +68,12 @@ class Column:
         return (self.index, self.mixes[0]) if self.source == "mixing" else (self.index,)
 
     def declares(self, variable: int) -> bool:
-        """Whether, by its role, a variable of the child changes by just this: carried along, received or mixed."""
+        """Whether, by its role, a variable of the child may change by just this: moved, turned, received, mixed."""
         if self.source == "aligned_change":
             assert self.alignment is not None
             return self.alignment.child.indices[self.index] == variable
+        if self.source == "parent_change":
+            return variable in self.turns
         return {"received": self.mixes[1], "mixing": self.mixes[2]}.get(self.source, -1) == variable
 
     def __call__(  # noqa: PLR0911 - one return a source
@@ -125,7 +129,8 @@ def candidate_columns(
         for view in _views(wrap):
             out.append(Column("parent", _label(f"parent {name}", view), i, view, wrap))
         if i not in told:
-            out.append(Column("parent_change", f"change of parent {name}", i, wrap=wrap))
+            turns = _orientations(child) if i in _orientations(parent) else ()
+            out.append(Column("parent_change", f"change of parent {name}", i, wrap=wrap, turns=turns))
     for i in order_c:
         if not _is_change(child, i):
             for view in _views(bool(child.angle_mask[i])):
@@ -139,6 +144,10 @@ def _views(angle: bool) -> tuple[View, ...]:
 
 def _label(text: str, view: View) -> str:
     return text if view == "plain" else f"{view}({text})"
+
+
+def _orientations(space: StateSpace) -> tuple[int, ...]:
+    return tuple(i for i, v in enumerate(space.variables) if v.role is not None and v.role.kind == "orientation")
 
 
 def _is_change(space: StateSpace, index: int) -> bool:

@@ -155,6 +155,8 @@ def _fit(
     keep = keep if use is None else keep & use
     if not keep.any():
         return None
+    if passive.variables[i].kind == "constant":  # without memory its own past tells only what its parents did then
+        columns = [c for c in columns if (c.source, c.index) != ("child", i)]
     x = np.stack([c(rows.parent, rows.parent_next, rows.child) for c in columns], axis=1)
     fitted = choose_regression(
         x[keep],

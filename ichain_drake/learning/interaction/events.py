@@ -50,6 +50,21 @@ class EdgeExamples:
     inactive: dict[str, FloatArray]
 
 
+@dataclass(frozen=True, eq=False)
+class SwitchingWindow:
+    """One demonstrated (de)activation with the few ticks around it.
+
+    Attributes:
+        root: robot states around the event, shape (n_rows, n_root).
+        child: the object's state in the last row before the event, shape (n_child,).
+        event: row of `root` that is the first after the event.
+    """
+
+    root: FloatArray
+    child: FloatArray
+    event: int
+
+
 def collect_examples(data: GraphData, edge: Interaction) -> EdgeExamples:
     """All switching events of an interaction, and samples of both statuses."""
     found: list[list[tuple[int, int]]] = [[], []]

@@ -112,7 +112,7 @@ def choose_regression(
     length = np.array([b - a for a, b in sample.judge], dtype=float)
     zero = float(np.sum(length * sample.judged(np.zeros(len(y))) ** 2))
     # What readings alone would give: the mean change over a window is the difference of two of them over its length.
-    by_noise = noise**2 * float(np.sum(np.ones(len(length)) if window == 1 else 2.0 / length))
+    by_noise = 0.0 if window == 1 else noise**2 * float(np.sum(2.0 / length))
     if zero < _NOISY * by_noise:
         return None
     best: Regression | None = None

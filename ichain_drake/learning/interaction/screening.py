@@ -232,11 +232,11 @@ class RectifiedScreening:
     def _fit(self, phi: FloatArray, rows: NDArray[np.bool_]) -> FloatArray:
         part = phi[rows]
         gram = part.T @ part + 1e-6 * (1.0 + len(part)) * np.eye(phi.shape[1])
-        return np.linalg.solve(gram, part.T @ self._y[rows])
+        return np.asarray(np.linalg.solve(gram, part.T @ self._y[rows]), dtype=float)
 
     def select(self, most: int = 3) -> list[int]:
         """The best pair that begins with one of the best columns, and further ones while they help."""
-        singles = sorted((self.error([c]), int(c)) for c in self.usable)
+        singles = sorted((self.error([c]), c) for c in self.usable.tolist())
         if not singles:
             return []
         pairs = [

@@ -36,7 +36,7 @@ _FOLDS = 5
 _BLOCKS = (7, 10, 14)  # rows
 _MARGINS = (0.0, 0.05, 0.1, 0.2)
 _GAIN = 0.005  # of the score, for hysteresis
-_CLEARLY = 0.05  # of the score, to prefer a later estimator: less is one event more or less
+_CLEARLY = 0.1  # of the score, to prefer a later estimator: less is a few events more or less
 
 
 @dataclass(frozen=True)

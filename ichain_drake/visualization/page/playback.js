@@ -13,7 +13,7 @@ const ichain = { ready: false, duration: 0 };
   const hud = make(document.body, "div");
   hud.id = "ichain-hud";
   const animator = viewer.animator;
-  let log, rows = [];
+  let log, panel, rows = [];
 
   async function inflate(text) {
     const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -41,7 +41,8 @@ const ichain = { ready: false, duration: 0 };
     const line = make(table, "tr", unit === null ? "text" : "");
     make(line, "td", "", label);
     const cell = make(line, "td", "value", "");
-    make(line, "td", "unit", unit || "");
+    if (!unit) cell.colSpan = 2;
+    else make(line, "td", "unit", unit);
     rows.push({ line, cell, values });
   }
 
@@ -73,6 +74,7 @@ const ichain = { ready: false, duration: 0 };
       title.colSpan = 3;
       for (const { label, unit, values } of variables) row(table, label, unit, values);
     }
+    panel = ichainPanel(log, number, time => ichain.seek(time));
     buildBar();
   }
 
@@ -129,6 +131,7 @@ const ichain = { ready: false, duration: 0 };
           cell.textContent = typeof value === "string" ? value : number(value);
         }
       }
+      panel(i, k);
       log.button.textContent = animator.playing ? "Pause" : "Play";
       log.slider.value = time;
       log.clock.textContent = `${time.toFixed(1)} / ${ichain.duration.toFixed(1)} s`;

@@ -78,6 +78,18 @@ def test_a_box_that_cannot_be_held_is_given_up_with_the_reason() -> None:
     assert memory.replans == 1
 
 
+def test_a_box_that_fell_from_the_table_is_given_up_at_once() -> None:
+    def knocked_over(tick: int, world: SmallWorld) -> None:
+        if tick >= 20:
+            world.held, world.box = False, np.array([*world.box[:2], -30.0])
+
+    world = fresh()
+    memory = drive(executor(FILL, world), world, mishap=knocked_over)
+    assert (memory.mode, memory.cause) == (Mode.STOPPED, "gone")
+    assert "box is gone: its z is -29" in memory.reason
+    assert memory.tick <= 23
+
+
 def test_time_is_limited() -> None:
     world = fresh()
     memory = drive(executor(FILL, world, ExecutorSettings(ticks=20)), world)

@@ -1,0 +1,139 @@
+"""The command `evaluate` for scenarios that are asked for a goal over their interaction graph."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from rich.console import Console
+from rich.table import Table
+
+from ichain_drake.cli.console import Reporter
+from ichain_drake.cli.run import deliver_report
+from ichain_drake.errors import InputError
+from ichain_drake.scenarios.graph_evaluation import NUMBER, check_graph_evaluation, evaluate_goals
+from ichain_drake.scenarios.graph_run import GoalScenario
+from ichain_drake.scenarios.path_evaluation import EvaluationInterrupted
+from ichain_drake.scenarios.path_output import prepare_file, prepare_folder
+from ichain_drake.scenarios.path_run import versions
+
+
+def evaluate_goal_scenario(
+    scenario: GoalScenario,
+    overrides: Sequence[str],
+    trials: int,
+    methods: Sequence[str],
+    jobs: int,
+    report: str | None,
+    output: Path | None = None,
+) -> None:
+    """Evaluate the scenario's own goal, print the tables, write the report, into the folder `output` if not named.
+
+    Raises:
+        InputError: on an unknown method, a file that can't be written, or a scenario without a goal.
+        EvaluationInterrupted: on Ctrl-C, once the report on the trials that were finished is written.
+    """
+    check_graph_evaluation(scenario, trials, methods, jobs)
+    goal = tuple(getattr(scenario.config, "goal", ()))
+    if not goal:
+        raise InputError(f"{scenario.name} has no goal of its own to evaluate; set one in its file")
+    if output is not None:
+        prepare_folder(output)
+        report = report or str(output / "report.json")
+    if report not in (None, "-"):
+        prepare_file(Path(str(report)))
+    stopped: EvaluationInterrupted | None = None
+    with Reporter() as say:
+        say(f"evaluating {scenario.name}, {trials} runs a line")
+        try:
+            found = evaluate_goals(scenario, overrides, goal, trials, methods, jobs, say)
+        except EvaluationInterrupted as interruption:
+            stopped, found = interruption, interruption.found
+    document = {
+        "scenario": scenario.name,
+        "physics": scenario.physics,
+        "seed": scenario.seed,
+        "trials": trials,
+        "goal": list(goal),
+        "reason": "interrupted" if stopped else "every trial was run",
+        "versions": versions(),
+        "given": scenario.given(),
+        **found,
+    }
+    deliver_report(document, report, text=format_evaluation(scenario, found))
+    if output is not None:
+        _write_curve(found["rows"], output)
+    if stopped:
+        raise stopped
+
+
+def _write_curve(rows: Sequence[Mapping[str, Any]], folder: Path) -> None:
+    """How success grows with the number of pieces, as `pieces.png`, if there are runs with fewer pieces."""
+    from ichain_drake.visualization import plot_success_curve
+
+    columns = ("pieces", "success", "control_steps")
+    frame = pd.DataFrame([{c: r[c] for c in columns} for r in rows if r["method"] == NUMBER])
+    if len(frame):
+        plot_success_curve(folder / "pieces.png", frame)
+        print(f"written: {folder / 'pieces.png'}")
+
+
+def format_evaluation(scenario: GoalScenario, found: Mapping[str, Any]) -> str:
+    """The tables as text."""
+    parts = [_trials(found["table"]), _classifiers(found["classifiers"], found["held_out"])]
+    parts += [f"case {case} is left out: {reason}" for case, reason in found["skipped"].items()]
+    parts.append(f"{scenario.name}, {scenario.physics} physics, demonstrations of seed {scenario.seed}")
+    return "\n\n".join(part for part in parts if part)
+
+
+def _trials(table: Sequence[Mapping[str, Any]]) -> str:
+    if not table:
+        return ""
+    view = Table("method", "case", "reached", "silent", "steps", "replans", "causes of failure", box=None)
+    for line in table:
+        steps = "-" if line["median_steps"] is None else f"{line['median_steps']:.0f}"
+        causes = ", ".join(f"{cause} {n}" for cause, n in line["causes"].items())
+        reached = f"{line['reached']}/{line['runs']}"
+        view.add_row(
+            line["method"], line["case"], reached, str(line["silent"]), steps, f"{line['mean_replans']:.1f}", causes
+        )
+    note = "reached: in truth; silent: ended as if it were; steps: median where reached; replans: mean"
+    return _text(view, note)
+
+
+def _classifiers(lines: Sequence[Mapping[str, Any]], held_out: Mapping[str, Any]) -> str:
+    if not lines:
+        return ""
+    view = Table(
+        "interaction", "status F1", "near-miss F1", "as read (true gate)", "switching F1", "events", "rows", box=None
+    )
+    for line in lines:
+        near, read, gate = (_figure(line[k]) for k in ("near_miss_f1", "near_miss_read_f1", "gate_read_f1"))
+        view.add_row(
+            line["interaction"],
+            _figure(line["status_f1"]),
+            near,
+            "-" if line["near_misses"] is None else f"{read} ({gate})",
+            _figure(line["event_f1"]),
+            str(line["events"]),
+            str(line["rows"]),
+        )
+    note = (
+        f"on {held_out['pieces']} held-out pieces of {len(held_out['seeds'])} other seeds; near misses beside as many "
+        "states inside; switching within one step"
+    )
+    return _text(view, note)
+
+
+def _figure(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"
+
+
+def _text(view: Table, note: str) -> str:
+    console = Console(width=140)
+    with console.capture() as capture:
+        console.print(view)
+        console.print(note)
+    return capture.get().rstrip()

@@ -1,0 +1,90 @@
+"""The commands `teach`, `learn` and `relearn`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ichain_drake.cli.options import PATH, options, path_scenario, scenario_named
+from ichain_drake.errors import InputError
+
+
+@click.command()
+@options("scenario")
+@click.option("-o", "--output", type=PATH, metavar="DIR", required=True, help="folder for the demonstrations")
+@options("physics", "seed")
+@click.option("--browser", is_flag=True, help="a person demonstrates, in the web browser")
+@click.option("--drive", default="", metavar="OBJECT", help="what the person drives; default the scenario's choice")
+@click.option("--open/--no-open", "opened", default=True, show_default=True, help="with --browser: open the browser")
+@options("settings")
+def teach(
+    scenario: str,
+    output: Path,
+    physics: str,
+    seed: int,
+    browser: bool,
+    drive: str,
+    opened: bool,
+    settings: tuple[str, ...],
+) -> None:
+    """Record demonstrations: the scripted ones, or a person's (--browser)."""
+    from ichain_drake.cli.console import Reporter
+    from ichain_drake.scenarios import PathScenario, graph_run, path_run
+    from ichain_drake.scenarios.graph_settings import graph_spec
+    from ichain_drake.scenarios.path_output import prepare_folder
+
+    if drive and not browser:
+        raise InputError("--drive is for --browser: a script drives what it has to")
+    loaded = scenario_named(scenario, settings, physics, seed)
+    if browser:
+        from ichain_drake.cli.live import teach_in_browser
+
+        teach_in_browser(loaded, output, drive, opened=opened)
+        return
+    started: path_run.PathRun | graph_run.GraphRun
+    if isinstance(loaded, PathScenario):
+        path_run.check_settings(loaded)
+    else:
+        graph_spec(loaded.config)  # refuses settings that are for paths
+    prepare_folder(output)
+    with Reporter() as say:
+        if isinstance(loaded, PathScenario):
+            started = path_run.PathRun(loaded)
+            path_run.record_pieces(started, output, say)
+        else:
+            started = graph_run.GraphRun(loaded, ())
+            graph_run.record_pieces(started, output, say)
+    for piece in started.pieces:
+        print(f"written: {output / piece.name}.parquet, {len(piece)} rows")
+
+
+@click.command()
+@options("scenario")
+@click.option("--demos", type=PATH, metavar="DIR", required=True, help="folder of demonstrations")
+@click.option("-o", "--output", type=PATH, metavar="LIBRARY", required=True, help="folder for what is learned")
+@options("settings")
+def learn(scenario: str, demos: Path, output: Path, settings: tuple[str, ...]) -> None:
+    """Learn a scenario's links, or its whole graph, from demonstrations and save them as a library."""
+    from ichain_drake.cli.graph import learn_graph_library
+    from ichain_drake.cli.run import learn_library
+    from ichain_drake.scenarios import PathScenario
+
+    loaded = scenario_named(scenario, settings, "ideal", 0)
+    (learn_library if isinstance(loaded, PathScenario) else learn_graph_library)(loaded, demos, output)
+
+
+@click.command()
+@options("scenario")
+@click.option("--link", required=True, metavar="'PARENT->CHILD'", help="the link to learn anew")
+@click.option("--library", type=PATH, required=True, metavar="DIR", help="the links learned before")
+@options("physics", "seed", "report", "settings")
+def relearn(
+    scenario: str, link: str, library: Path, physics: str, seed: int, report: str | None, settings: tuple[str, ...]
+) -> None:
+    """Learn one link anew after a change of the scenario (--set), keep the others, and compare."""
+    from ichain_drake.cli.run import relearn_and_compare
+
+    changed = path_scenario(scenario, settings, physics, seed, "relearn")
+    original = path_scenario(scenario, (), physics, seed, "relearn")
+    relearn_and_compare(changed, original, link, library, report)

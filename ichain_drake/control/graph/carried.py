@@ -1,0 +1,62 @@
+"""What the robot holds, and where it let go of what it held: what whoever lays out its ways has to know."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ichain_drake.control.graph.model import GraphModel, span
+from ichain_drake.control.graph.plan import States
+from ichain_drake.state import FloatArray
+
+_MOVED = 0.05  # of the demonstrated range
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Never changed: each event makes another.
+
+    Attributes:
+        held: object that goes along with the robot, if any.
+        left: robot state in which each object that it held was let go of, shape (n_root,).
+        seen: what was measured of each of these afterwards, shape (n_variables,).
+    """
+
+    held: str | None = None
+    left: Mapping[str, FloatArray] = field(default_factory=dict)
+    seen: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def taken(self, obj: str) -> Carried:
+        """From now on it goes along."""
+        left, seen = ({n: v for n, v in part.items() if n != obj} for part in (self.left, self.seen))
+        return Carried(obj, left, seen)
+
+    def let_go(self, root: FloatArray) -> Carried:
+        """What was held stays where the robot is, shape (n_root,)."""
+        assert self.held is not None
+        return replace(self, held=None, left={**self.left, self.held: np.array(root)})
+
+    def slipped(self) -> Carried:
+        """What was held is somewhere else."""
+        return replace(self, held=None)
+
+    def settled(self, obj: str, state: FloatArray) -> Carried:
+        """What is measured of it, shape (n_variables,), once it has been let go of."""
+        return replace(self, seen={**self.seen, obj: np.array(state)}) if obj in self.left else self
+
+    def standing(self, model: GraphModel, now: States) -> dict[str, FloatArray]:
+        """`left` of those objects that are still where the robot let go of them.
+
+        Args:
+            model: the learned graph.
+            now: measured states, shape (n_variables,) each.
+        """
+        return {n: v for n, v in self.left.items() if n not in self.seen or not self._moved(model, n, now[n])}
+
+    def _moved(self, model: GraphModel, obj: str, now: FloatArray) -> bool:
+        space = model.graph.objects[obj].observable
+        off = np.abs(space.difference(now, self.seen[obj]))
+        pose = [v.role is not None and v.role.kind in ("position", "orientation") for v in space.variables]
+        return bool((off > np.maximum(_MOVED * span(model, obj), 5.0 * model.noise[obj]))[pose].any())

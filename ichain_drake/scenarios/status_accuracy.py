@@ -1,0 +1,124 @@
+"""How well status classifiers tell held-out pieces and near misses: figures per interaction, for an evaluation.
+
+Only an evaluator may look at what is used here: other seeds' pieces, and the true regions in which interactions act.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.graph import Interaction
+from ichain_drake.learning.interaction import InteractionModel, event_f1, f1
+from ichain_drake.learning.interaction.scores import switches
+from ichain_drake.state import FloatArray
+
+BoolArray = NDArray[np.bool_]
+States = Mapping[str, FloatArray]
+
+LEAST_EVENTS = 40
+"""Switching events of each interaction that held-out pieces should show."""
+
+
+@dataclass(frozen=True)
+class Probes:
+    """States around the border of where an interaction acts, as many inside as outside.
+
+    A near miss is a state outside, but within 1.5 times the true region's half-width.
+
+    Attributes:
+        true: states of the child and its parents, observable part, without noise where a probe was moved.
+        read: the same as sensors give them.
+        active: the truth, shape (n,).
+        gate: what the true region says of the readings, shape (n,): as well as they can be told.
+    """
+
+    true: States
+    read: States
+    active: BoolArray
+    gate: BoolArray
+
+
+@runtime_checkable
+class HasProbes(Protocol):
+    """A scenario that knows the true regions of its interactions."""
+
+    def probes(self, edge: Interaction, pieces: Sequence[Demonstration], count: int) -> Probes | None:
+        """Probes of an interaction; None where its physics has no region that could be missed narrowly.
+
+        Args:
+            edge: the interaction.
+            pieces: held-out pieces, whose states the probes are moved from.
+            count: of probes inside, and of near misses.
+        """
+
+
+def count_events(pieces: Sequence[Demonstration], edge: Interaction) -> int:
+    """Activations and deactivations of an interaction in pieces."""
+    return sum(len(rows) for p in pieces for rows in switches(_flag(p, edge)))
+
+
+def held_out_scores(model: InteractionModel, pieces: Sequence[Demonstration]) -> dict[Interaction, dict[str, Any]]:
+    """Figures on pieces that nothing was learned from.
+
+    Returns:
+        Per interaction `rows`, `status_f1` (each row by itself), `events` and `event_f1`: activations and
+        deactivations within one row, row by row with the classifier's own hysteresis.
+    """
+    graph = model.graph
+    truths: dict[Interaction, list[BoolArray]] = {e: [] for e in graph.interactions}
+    told: dict[Interaction, list[BoolArray]] = {e: [] for e in graph.interactions}
+    followed: dict[Interaction, list[BoolArray]] = {e: [] for e in graph.interactions}
+    for piece in pieces:
+        states = {n: piece.states(n, s) for n, s in graph.objects.items()}
+        trace = _follow(model, states, len(piece))
+        for e in graph.interactions:
+            truths[e].append(_flag(piece, e))
+            told[e].append(np.asarray(model.decide(e, states) >= 0.0))
+            followed[e].append(trace[e])
+    return {
+        e: {
+            "rows": sum(len(t) for t in truths[e]),
+            "status_f1": f1(np.concatenate(truths[e]), np.concatenate(told[e])),
+            "events": count_events(pieces, e),
+            "event_f1": event_f1(truths[e], followed[e]),
+        }
+        for e in graph.interactions
+    }
+
+
+def probe_scores(model: InteractionModel, edge: Interaction, probes: Probes | None) -> dict[str, Any]:
+    """Figures on near misses beside as many states inside.
+
+    Returns:
+        `near_misses`, `near_miss_f1` on true states, `near_miss_read_f1` on readings, and `gate_read_f1`: how well
+        the true region itself tells those readings. None where there are no probes.
+    """
+    if probes is None:
+        return dict.fromkeys(("near_misses", "near_miss_f1", "near_miss_read_f1", "gate_read_f1"))
+    return {
+        "near_misses": int(np.sum(~probes.active)),
+        "near_miss_f1": f1(probes.active, np.asarray(model.decide(edge, probes.true) >= 0.0)),
+        "near_miss_read_f1": f1(probes.active, np.asarray(model.decide(edge, probes.read) >= 0.0)),
+        "gate_read_f1": f1(probes.active, probes.gate),
+    }
+
+
+def _flag(piece: Demonstration, edge: Interaction) -> BoolArray:
+    return np.asarray(piece.table[edge.name].to_numpy(dtype=float) > 0.5)  # noqa: PLR2004 - a flag
+
+
+def _follow(model: InteractionModel, states: States, rows: int) -> dict[Interaction, BoolArray]:
+    """Status from row to row, shape (n_rows,) per interaction."""
+    found: dict[Interaction, list[bool]] = {e: [] for e in model.graph.interactions}
+    before: dict[Interaction, BoolArray] | None = None
+    for k in range(rows):
+        before = model.active({n: s[k] for n, s in states.items()}, before)
+        for e, on in before.items():
+            found[e].append(bool(on))
+    return {e: np.array(on, dtype=bool) for e, on in found.items()}

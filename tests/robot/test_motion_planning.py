@@ -1,0 +1,127 @@
+"""Ways of the hand around things: laid out, and gone by the arm in its own plant."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from motion_scene import CUP, door, executed, longest_step, walls
+from pydrake.math import RigidTransform
+from test_arm import other_arm
+
+from ichain_drake.errors import InputError, UnreachableError
+from ichain_drake.robot import MotionPlanner, RobotSpec, hand_pose
+
+DOWN, FORWARD = 0.0, np.pi / 2
+WALL = ((0.5, 0.0, 0.09), (0.02, 0.16, 0.18))
+LEFT, RIGHT = np.array([0.42, 0.0, 0.08, DOWN, 1.0]), np.array([0.58, 0.0, 0.08, DOWN, 1.0])
+UPRIGHT = RigidTransform([0.0, 0.0, 0.05]) @ hand_pose(np.array([0, 0, 0, 0, DOWN, 0, 0])).inverse()
+
+
+def test_a_free_way_is_straight(tmp_path: Path) -> None:
+    spec = walls(tmp_path)
+    start, goal = np.array([0.45, -0.1, 0.2, DOWN, 0.0]), np.array([0.5, 0.1, 0.3, DOWN, 1.0])
+    path = MotionPlanner(spec).path(start, goal)
+    np.testing.assert_array_equal(path[-1], goal)
+    share = np.arange(1, len(path) + 1)[:, None] / len(path)
+    np.testing.assert_allclose(path[:, :4], (start + share * (goal - start))[:, :4], atol=1e-12)
+    assert path[:-1, 4].tolist() == [0.0] * (len(path) - 1)
+    assert longest_step(spec, start, path)[0] <= 0.04 + 1e-9
+
+
+def test_the_arm_goes_around_a_wall_and_touches_nothing(tmp_path: Path) -> None:
+    spec = walls(tmp_path, wall=WALL)
+    path = MotionPlanner(spec).path(LEFT, RIGHT)
+    runner, least = executed(spec, LEFT, path)
+    assert least > 0.003
+    np.testing.assert_allclose(runner.read("state"), RIGHT, atol=2e-3)
+    place, turn = longest_step(spec, LEFT, path)
+    assert place <= 0.04 + 1e-9
+    assert turn < 1e-9  # what is the same at both ends stays
+    straight = LEFT + np.linspace(0.25, 1.0, 4)[:, None] * (RIGHT - LEFT)
+    assert executed(spec, LEFT, straight)[1] < 0.0
+
+
+def test_what_is_held_goes_around_too_and_what_was_put_down_is_in_the_way(tmp_path: Path) -> None:
+    spec = walls(tmp_path)
+    planner = MotionPlanner(spec, {"cup": CUP}, {"cup": UPRIGHT.inverse()})
+    start, goal = np.array([0.40, -0.12, 0.05, DOWN, 1.0]), np.array([0.40, 0.12, 0.05, DOWN, 1.0])
+    middle = np.array([0.40, 0.0, 0.05, DOWN, 1.0])
+    free = planner.path(start, goal)
+    assert np.ptp(free[:, [0, 2]], axis=0).max() < 1e-9
+    around = planner.path(start, goal, left={"cup": middle})
+    assert np.abs(around[:, [0, 2]] - [0.40, 0.05]).max() > 0.03
+    np.testing.assert_array_equal(planner.path(start, goal), free)  # it remembers nothing
+
+    spec = walls(tmp_path, sill=((0.40, 0.0, 0.02), (0.3, 0.02, 0.04)))
+    bare, carrying = MotionPlanner(spec), MotionPlanner(spec, {"cup": CUP}, {"cup": UPRIGHT.inverse()})
+    start, goal = (v + [0, 0, 0.025, 0, 0] for v in (start, goal))  # the hand passes over the sill, the cup does not
+    assert np.ptp(bare.path(start, goal)[:, 2]) < 1e-9
+    path = carrying.path(start, goal, "cup")
+    crossing = np.abs(path[:, 1]) < 0.03
+    assert path[crossing, 2].min() > 0.09
+
+
+def test_pointing_changes_where_the_arm_can_follow() -> None:
+    spec = RobotSpec(hand=walls(Path()).hand)
+    start, goal = np.array([0.55, 0.1, 0.35, FORWARD, 0.0]), np.array([0.5, 0.2, 0.12, DOWN, 0.0])
+    path = MotionPlanner(spec).path(start, goal)
+    runner, _ = executed(spec, start, path)
+    np.testing.assert_allclose(runner.read("state"), goal, atol=2e-3)
+    assert longest_step(spec, start, path)[1] <= 0.2 + 1e-9
+
+
+def test_an_arm_with_other_joints_and_no_gripper() -> None:
+    spec = other_arm()
+    start, goal = np.array([0.3, -0.1, 0.25, 0.0]), np.array([0.33, 0.1, 0.2, 0.4])
+    path = MotionPlanner(spec).path(start, goal)
+    np.testing.assert_array_equal(path[-1], goal)
+    assert len(path) == 6
+
+
+def test_where_there_is_no_way_it_says_what_collides(tmp_path: Path) -> None:
+    planner = MotionPlanner(walls(tmp_path, block=((0.5, 0.0, 0.15), (0.2, 0.2, 0.3))))
+    with pytest.raises(UnreachableError, match=r"can't be at x 0\.500.*gripper\.palm - block\.body.*choose another"):
+        planner.path([0.5, -0.2, 0.3, DOWN, 0.0], [0.5, 0.0, 0.2, DOWN, 0.0])
+    # Between two shelves, with no room for the palm on any way.
+    shelf = walls(tmp_path, roof=((0.5, 0.0, 0.3), (1.2, 1.2, 0.02)))
+    with pytest.raises(UnreachableError, match=r"no way for the hand to .* - roof\.body are in the way"):
+        MotionPlanner(shelf).path([0.45, 0.0, 0.1, DOWN, 0.0], [0.45, 0.0, 0.5, DOWN, 0.0])
+
+
+def test_what_is_out_of_reach_is_refused() -> None:
+    spec = RobotSpec(hand=walls(Path()).hand)
+    with pytest.raises(UnreachableError, match="the arm can't bring its hand to"):
+        MotionPlanner(spec).path([0.5, 0.0, 0.25, DOWN, 0.0], [0.9, 0.9, 0.0, DOWN, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("now", "match"), [([0.5, 0.0, 0.2], "hand state"), ([0.5, 0.0, np.nan, 0.0, 0.0], "hand state")]
+)
+def test_a_hand_state_that_can_not_be_is_refused(now: list[float], match: str) -> None:
+    planner = MotionPlanner(RobotSpec(hand=walls(Path()).hand))
+    with pytest.raises(InputError, match=match):
+        planner.path(now, [0.5, 0.0, 0.2, 0.0, 0.0])
+
+
+def test_a_door_is_as_far_open_as_the_hand_left_it(tmp_path: Path) -> None:
+    spec = walls(tmp_path)
+    gate = door(tmp_path)  # slides along y, closed across the way from x 0.42 to 0.58
+    planner = MotionPlanner(spec, {"gate": gate}, {"gate": RigidTransform([0.0, 0.0, 0.09]).inverse()})
+    straight = planner.path(LEFT, RIGHT, left={"gate": np.array([0.5, 0.35, 0.18, DOWN, 1.0])})
+    assert np.ptp(straight[:, [1, 2]], axis=0).max() < 1e-9
+    closed = planner.path(LEFT, RIGHT)
+    assert np.ptp(closed[:, [1, 2]], axis=0).max() > 0.03
+    np.testing.assert_array_equal(
+        planner.path(LEFT, RIGHT, left={"gate": np.array([0.5, 0.0, 0.18, DOWN, 1.0])}), closed
+    )
+    handle = np.array([0.5, 0.0, 0.15, DOWN, 1.0])  # in the hand it gives way
+    assert np.ptp(planner.path(handle, handle + [0, 0.2, 0, 0, 0], "gate")[:, [0, 2]], axis=0).max() < 1e-9
+
+
+def test_only_what_can_be_moved_is_held(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="in_hand: there is no body 'mug'"):
+        MotionPlanner(RobotSpec(), {"cup": CUP}, {"mug": RigidTransform()})
+    fixed = replace(CUP, fixed=True)
+    with pytest.raises(InputError, match="in_hand: cup is fixed and has 0 joints"):
+        MotionPlanner(RobotSpec(), {"cup": fixed}, {"cup": RigidTransform()})
