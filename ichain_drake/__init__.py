@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from ichain_drake.scenarios.build import build_world
     from ichain_drake.scenarios.commands import Commands
     from ichain_drake.scenarios.config import ScenarioConfig
+    from ichain_drake.scenarios.graph_library import load_knowledge, save_knowledge
     from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, run_graph
     from ichain_drake.scenarios.path_run import PathResult, PathRun, data_hash, follow
     from ichain_drake.scenarios.recorder import record
@@ -85,6 +86,7 @@ _MODULES = {
     "scenarios.build": ("build_world",),
     "scenarios.commands": ("Commands",),
     "scenarios.config": ("ScenarioConfig",),
+    "scenarios.graph_library": ("load_knowledge", "save_knowledge"),
     "scenarios.graph_run": ("GraphRun", "Knowledge", "learn_graph", "run_graph"),
     "scenarios.recorder": ("record",),
     "scenarios.path_run": ("PathResult", "PathRun", "data_hash", "follow"),
@@ -158,6 +160,7 @@ __all__ = [
     "learn_link",
     "list_library",
     "load_command",
+    "load_knowledge",
     "load_links",
     "load_recording",
     "load_scenario",
@@ -170,6 +173,7 @@ __all__ = [
     "record",
     "run_graph",
     "save_chain",
+    "save_knowledge",
     "show",
     "write_demonstration",
     "write_demonstrations",

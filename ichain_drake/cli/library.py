@@ -8,29 +8,48 @@ from rich.console import Console
 from rich.table import Table
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.library import add_to_library, check_library, list_library, show_link
+from ichain_drake.learning.library import (
+    GraphSummary,
+    LinkSummary,
+    add_to_library,
+    check_library,
+    is_graph_name,
+    list_graphs,
+    list_library,
+    show_graph,
+    show_link,
+)
 
 
 def print_list(library: Path) -> None:
-    """One line an interaction.
+    """One line an interaction, and one a graph.
 
     Raises:
-        InputError: if there is no such library, or a link in it is damaged.
+        InputError: if there is no such library, or anything in it is damaged.
     """
     table = Table("name", "interaction", "samples", "score", "learned in", box=None)
     for link in list_library(library):
         table.add_row(link.name, link.interaction, str(link.samples), f"{link.forward_score:.4f}", link.source)
+    for graph in list_graphs(library):
+        what = f"{len(graph.interactions)} interactions"
+        table.add_row(graph.name, what, str(graph.samples), f"{graph.score:.4f}", graph.source)
     Console().print(table)
 
 
 def print_link(library: Path, name: str) -> None:
-    """Everything known about one interaction, a line a field.
+    """Everything known about one interaction or graph, a line a field.
 
     Raises:
         InputError: if there is none of that name, or it is damaged.
     """
-    for key, value in vars(show_link(library, name)).items():
-        print(f"{key:20} {value}")
+    shown: GraphSummary | LinkSummary = (show_graph if is_graph_name(name) else show_link)(library, name)
+    for key, value in vars(shown).items():
+        if isinstance(shown, GraphSummary) and key in ("objects", "interactions"):
+            print(key)
+            for inner, text in value.items():
+                print(f"    {inner:16} {text}")
+        else:
+            print(f"{key:20} {value}")
 
 
 def add(source: Path, library: Path) -> None:

@@ -10,10 +10,25 @@ from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import PathScenario, Scenario
 from ichain_drake.scenarios.build import build_world
 from ichain_drake.scenarios.car_game import CarGame
+from ichain_drake.scenarios.car_racing import CarRacing
+from ichain_drake.scenarios.driving import Driving
+from ichain_drake.scenarios.kettle import KettleScenario
+from ichain_drake.scenarios.microwave import Microwave
+from ichain_drake.scenarios.ship import ShipVoyage
+from ichain_drake.scenarios.two_dispensers import TwoDispensers
 from ichain_drake.scenarios.water_dispenser import WaterDispenser
 
 # A new scenario: one file, its YAML under models/scenarios, and one line here.
-SCENARIOS: dict[str, type[Scenario]] = {CarGame.name: CarGame, WaterDispenser.name: WaterDispenser}
+SCENARIOS: dict[str, type[Scenario]] = {
+    CarGame.name: CarGame,
+    CarRacing.name: CarRacing,
+    Driving.name: Driving,
+    KettleScenario.name: KettleScenario,
+    Microwave.name: Microwave,
+    ShipVoyage.name: ShipVoyage,
+    TwoDispensers.name: TwoDispensers,
+    WaterDispenser.name: WaterDispenser,
+}
 
 
 def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> Scenario:
@@ -35,4 +50,18 @@ def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "
     return SCENARIOS[name](overrides, physics, seed)
 
 
-__all__ = ["SCENARIOS", "CarGame", "PathScenario", "Scenario", "WaterDispenser", "build_world", "load_scenario"]
+__all__ = [
+    "SCENARIOS",
+    "CarGame",
+    "CarRacing",
+    "Driving",
+    "KettleScenario",
+    "Microwave",
+    "PathScenario",
+    "Scenario",
+    "ShipVoyage",
+    "TwoDispensers",
+    "WaterDispenser",
+    "build_world",
+    "load_scenario",
+]

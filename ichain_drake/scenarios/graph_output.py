@@ -78,7 +78,7 @@ def _goal_readouts(run: GraphRun, log: EpisodeLog) -> dict[str, Readout]:
     graph, conditions = run.scenario.graph, run.goal.conditions
     off = np.array([_off(c, log, graph) for c in conditions]).reshape(len(conditions), len(log.times))
     flags = flags_of(log, graph)
-    on = np.array([flags[e.name] for e in run.goal.inactive]).reshape(-1, len(log.times))
+    on = np.array([flags[e.name] for e in run.goal.inactive], dtype=bool).reshape(-1, len(log.times))
     held = (off == 0).sum(axis=0) + (~on).sum(axis=0)
     total = len(conditions) + len(run.goal.inactive)
     readouts = {"goal": Readout([f"{int(h)} of {total} met" for h in held])}

@@ -111,6 +111,7 @@ class GraphRun:
         reason: why the goal was or was not reached.
         cause: of a failure in a word.
         wrong: conditions that do not hold in truth at the end, in words.
+        started: when, by the monotonic clock [s].
         source: where the model comes from: `demonstrations` or a library's folder.
         robot_seconds: simulated time that recording the demonstrations took of the robot [s].
     """

@@ -85,6 +85,7 @@ class PathRun:
         controller: built from them.
         results: one per followed path.
         reason: why the goal was or was not reached.
+        started: when, by the monotonic clock [s].
     """
 
     scenario: PathScenario

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import networkx as nx
 import numpy as np
 
+from ichain_drake.control.graph.enabling import enabling_places
 from ichain_drake.control.graph.goals import gap, kept_by_itself, value_of
 from ichain_drake.control.graph.macros import Carry
 from ichain_drake.control.graph.model import Batch, GraphModel, span
@@ -23,7 +24,8 @@ def carry_targets(
     """Poses worth carrying an object to, for each of several states.
 
     They are: what the goal wants of it, where it was at the start, for each other interaction of the object the
-    place of a demonstration that makes it active most surely, and the nearest place at which none is. Where the object
+    place of a demonstration that makes it active most surely, the nearest place at which none is, and places that other
+    objects' interactions ask for (see `enabling_places`). Where the object
     acts on a variable of the goal that keeps no value of its own, also poses in even steps
     between its outermost places.
 
@@ -47,7 +49,7 @@ def carry_targets(
     margins = np.array([model.decide(e, batch).reshape(len(nodes), n) for e in others]).reshape(-1, len(nodes), n)
     wanted = _wanted(model, carry, start, conditions)
     width = span(model, obj)[carry.follow]
-    out = []
+    out, enabling = [], enabling_places(model, carry, nodes)
     for k, node in enumerate(nodes):
         here = node[obj][carry.follow]
         found = [] if wanted is None else [wanted]
@@ -61,7 +63,7 @@ def carry_targets(
         if len(free):
             away = np.abs((places[free] - here) / width).sum(axis=1)
             found.append(places[free[int(np.argmin(away))]])
-        out.append(_distinct(found, here, width))
+        out.append(_distinct([*found, *enabling[k]], here, width))
     return out
 
 

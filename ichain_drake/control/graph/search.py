@@ -14,8 +14,9 @@ import numpy as np
 from ichain_drake.control.graph.failure import Nearest
 from ichain_drake.control.graph.goals import gap, value_of
 from ichain_drake.control.graph.heuristics import Landmarks, Novelty, unmet_conditions
+from ichain_drake.control.graph.holding import can_hold
 from ichain_drake.control.graph.macros import Carry, Drive
-from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, span, stack
+from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, row, span, stack, take
 from ichain_drake.control.graph.places import carry_targets
 from ichain_drake.control.graph.plan import Condition, Goal, NoPlan, PlanStep
 from ichain_drake.control.graph.simulate import Outcome, settle, simulate
@@ -180,6 +181,8 @@ class Search:
         moves: list[tuple[Node, Carry, FloatArray]] = []
         for carry in self.carries:
             nodes = [n for n in layer if n.held in (None, carry.edge)]
+            free = can_hold(self.model, carry.edge, [n.states for n in nodes])
+            nodes = [n for n, ok in zip(nodes, free, strict=True) if ok]
             targets = carry_targets(self.model, carry, [n.states for n in nodes], self.start, self.surer)
             moves += [(n, carry, t) for n, places in zip(nodes, targets, strict=True) for t in places]
         if not moves:
@@ -187,6 +190,13 @@ class Search:
         batch = stack([n.states for n, _, _ in moves])
         for k, (_, carry, place) in enumerate(moves):
             batch[carry.edge.child][k, carry.follow] = place
+        held = np.ones(len(moves), dtype=bool)  # there too, before it is let go
+        for carry in self.carries:
+            mine = [k for k, (_, c, _) in enumerate(moves) if c is carry]
+            held[mine] = can_hold(self.model, carry.edge, [row(batch, k) for k in mine])
+        moves, batch = [m for m, ok in zip(moves, held, strict=True) if ok], take(batch, np.flatnonzero(held))
+        if not moves:
+            return []
         after, _ = settle(self.model, batch, self.parked)
         self.rollouts += len(moves)
         out = []

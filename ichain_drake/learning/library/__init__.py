@@ -1,23 +1,34 @@
-"""The interaction library: learned links on disk as a manifest and plain arrays, reused across scenarios."""
+"""The interaction library: learned links and graphs on disk as a manifest and plain arrays, reused across scenarios."""
 
 from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.learning.library.browse import LinkSummary, check_library, list_library, show_link
-from ichain_drake.learning.library.files import link_name
+from ichain_drake.learning.library.browse_graphs import GraphSummary, list_graphs, show_graph
+from ichain_drake.learning.library.files import graph_name, is_graph_name, link_name
+from ichain_drake.learning.library.graphs import load_graph, save_graph
 from ichain_drake.learning.library.load import load_command, load_link, load_links
 from ichain_drake.learning.library.save import save_chain, save_link
+from ichain_drake.learning.library.saved_graph import KnownGraph
 from ichain_drake.learning.library.transfer import add_to_library
 
 __all__ = [
+    "GraphSummary",
+    "KnownGraph",
     "LearnedCommand",
     "LinkSummary",
     "add_to_library",
     "check_library",
+    "graph_name",
+    "is_graph_name",
     "link_name",
+    "list_graphs",
     "list_library",
     "load_command",
+    "load_graph",
     "load_link",
     "load_links",
     "save_chain",
+    "save_graph",
     "save_link",
+    "show_graph",
     "show_link",
 ]

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.library.files import library_entries, link_folder, link_folders
+from ichain_drake.learning.library.files import is_graph_name, library_entries, link_folder, link_folders
 from ichain_drake.learning.library.saved import SavedLink
+from ichain_drake.learning.library.saved_graph import SavedGraph
 
 
 @dataclass(frozen=True)
@@ -65,15 +66,16 @@ def list_library(folder: Path) -> list[LinkSummary]:
 
 
 def check_library(folder: Path) -> list[str]:
-    """Problems of a library, one line each; empty if every link can be loaded and nothing else is in it.
+    """Problems of a library, one line each; empty if every link and graph can be loaded and nothing else is in it.
 
     Raises:
         InputError: if there is no such folder, or it is a single link.
     """
-    links, problems = library_entries(folder)
-    for link in links:
+    entries, problems = library_entries(folder)
+    for entry in entries:
         try:
-            SavedLink.read(link).verify()
+            kind: type[SavedGraph] | type[SavedLink] = SavedGraph if is_graph_name(entry.name) else SavedLink
+            kind.read(entry).verify()
         except InputError as error:
             problems.append(str(error))
     return problems

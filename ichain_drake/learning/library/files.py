@@ -17,6 +17,7 @@ from ichain_drake.errors import InputError
 MANIFEST = "manifest.json"
 _WEIGHTS = re.compile(r"[a-z0-9_]+\.npz")
 _LINK = re.compile(r"(?:[A-Za-z0-9_]|%[0-9a-f]{2})+-(?:[A-Za-z0-9_]|%[0-9a-f]{2})+")
+_GRAPH = re.compile(r"graph\.(?:[A-Za-z0-9_]|%[0-9a-f]{2})+")  # no link's name holds a dot
 _NOTES = {".md", ".txt"}
 
 
@@ -34,54 +35,79 @@ def link_name(parent_type: str, child_type: str) -> str:
     return f"{_safe(parent_type)}-{_safe(child_type)}"
 
 
+def graph_name(name: str) -> str:
+    """Name of a whole graph's folder: `graph.<name>`, characters written as in `link_name`.
+
+    Raises:
+        InputError: on an empty name.
+    """
+    if not name:
+        raise InputError("a saved graph needs a name; give the scenario's")
+    return f"graph.{_safe(name)}"
+
+
+def is_graph_name(name: str) -> bool:
+    """Whether a folder's name is that of a whole graph, as `graph_name` makes it."""
+    return _GRAPH.fullmatch(name) is not None
+
+
 def _safe(name: str) -> str:
     plain = (c if c.isascii() and (c.isalnum() or c == "_") else c.encode(errors="surrogatepass") for c in name)
     return "".join(c if isinstance(c, str) else "".join(f"%{byte:02x}" for byte in c) for c in plain)
 
 
 def link_folder(library: Path, name: str) -> Path:
-    """Folder of a link of a library by its name, as `link_name` makes it.
+    """Folder of a link or graph of a library by its name, as `link_name` and `graph_name` make it.
 
     Raises:
         InputError: if the name is none (a path, say), or there is no such link.
     """
-    if not _LINK.fullmatch(name):
-        raise InputError(f"library {library}: {name!r} is no link's name; write it as <parent type>-<child type>")
+    if not _LINK.fullmatch(name) and not is_graph_name(name):
+        raise InputError(
+            f"library {library}: {name!r} is no link's name; write it as <parent type>-<child type>, a whole graph's "
+            "as graph.<scenario>"
+        )
     folder = library / name
     if not folder.is_dir():
-        links = ", ".join(found.name for found in link_folders(library)) or "none"
+        links = ", ".join(found.name for found in item_folders(library)) or "none"
         raise InputError(f"library {library}: it has no link {name!r}; it has {links}")
     return folder
 
 
 def library_entries(library: Path) -> tuple[list[Path], list[str]]:
-    """Folders of a library's links, sorted by name, and a line on each thing that doesn't belong there.
+    """Folders of a library's links and graphs, sorted by name, and a line on each thing that doesn't belong there.
 
     Raises:
-        InputError: if there is no such folder, or it is a single link.
+        InputError: if there is no such folder, or it is a single link or graph.
     """
-    links, foreign = [], []
+    found, foreign = [], []
     for entry in _entries(library):
         if entry.name == MANIFEST:
             raise InputError(f"library {library}: it is a single link; give the folder that it is in")
-        if entry.is_dir(follow_symlinks=False) and _LINK.fullmatch(entry.name):
-            links.append(library / entry.name)
+        if entry.is_dir(follow_symlinks=False) and (_LINK.fullmatch(entry.name) or is_graph_name(entry.name)):
+            found.append(library / entry.name)
         # Something hidden, such as .git, and texts for people are passed over.
         elif not entry.name.startswith(".") and Path(entry.name).suffix not in _NOTES:
             foreign.append(f"library {library}: {entry.name} is no part of a library and is not opened; remove it")
-    return links, foreign
+    return found, foreign
 
 
 def link_folders(library: Path) -> list[Path]:
     """Folders of the links of a library, sorted by name.
 
     Raises:
-        InputError: if there is no such folder, or it holds anything but links and notes (`.md`, `.txt`, hidden).
+        InputError: if there is no such folder, or it holds anything but links, graphs and notes (`.md`, `.txt`,
+            hidden).
     """
-    links, foreign = library_entries(library)
+    return [folder for folder in item_folders(library) if not is_graph_name(folder.name)]
+
+
+def item_folders(library: Path) -> list[Path]:
+    """Folders of the links and graphs of a library, sorted by name; errors as `link_folders`."""
+    found, foreign = library_entries(library)
     if foreign:
         raise InputError(foreign[0])
-    return links
+    return found
 
 
 def _entries(folder: Path) -> list[os.DirEntry[str]]:

@@ -6,11 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ichain_drake.errors import InputError
+from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.library.manifest import TIME_CONVENTION
 from ichain_drake.state import StateSpace, Variable
 from ichain_drake.timing import TICK
 
 _HINT = "learn this link anew or use another library"
+_ANEW = "learn the graph anew or use another library"
 
 
 def check_fit(
@@ -34,14 +36,9 @@ def check_fit(
     Raises:
         InputError: names the variable or field that differs.
     """
-    if abs(manifest["period"] - TICK) > 1e-9 * TICK:
-        raise InputError(
-            f"{where}: period: it was learned at {manifest['period']:.6g} s, this version runs at {TICK:.6g} s; {_HINT}"
-        )
-    if manifest["time"] != TIME_CONVENTION:
-        raise InputError(f"{where}: time: its convention is {manifest['time']!r:.80}; {_HINT}")
+    _check_time(manifest, where)
     for end, old, new in zip(("parent", "child"), saved, here, strict=True):
-        _check_space(old, new, f"{where}: {end}")
+        check_space(old, new, f"{where}: {end}")
     if manifest["targets"] != list(targets):
         raise InputError(
             f"{where}: targets: its inverse models bring about {', '.join(manifest['targets'])} of {here[1].type}, "
@@ -49,7 +46,52 @@ def check_fit(
         )
 
 
-def _check_space(saved: StateSpace, here: StateSpace, where: str) -> None:
+def check_graph(manifest: Mapping[str, Any], saved: InteractionGraph, here: InteractionGraph, where: str) -> None:
+    """Refuse a saved graph that is not this one: other objects, interactions or variables. Their order is no matter.
+
+    Args:
+        manifest: of the graph.
+        saved: the graph that it describes.
+        here: the graph at hand.
+        where: the graph's folder, for errors.
+
+    Raises:
+        InputError: names the object, interaction, variable or field that differs.
+    """
+    _check_time(manifest, where)
+    for what, old, new in (
+        ("object", list(saved.objects), list(here.objects)),
+        ("interaction", [e.name for e in saved.interactions], [e.name for e in here.interactions]),
+    ):
+        for name in (*old, *new):
+            if name not in new:
+                raise InputError(f"{where}: {what} {name}: the graph at hand doesn't have it; {_ANEW}")
+            if name not in old:
+                raise InputError(f"{where}: {what} {name}: the library's graph doesn't know it; {_ANEW}")
+    for name, space in here.objects.items():
+        check_space(saved.objects[name], space.observable, f"{where}: {name}")
+
+
+def _check_time(manifest: Mapping[str, Any], where: str) -> None:
+    if abs(manifest["period"] - TICK) > 1e-9 * TICK:
+        raise InputError(
+            f"{where}: period: it was learned at {manifest['period']:.6g} s, this version runs at {TICK:.6g} s; {_HINT}"
+        )
+    if manifest["time"] != TIME_CONVENTION:
+        raise InputError(f"{where}: time: its convention is {manifest['time']!r:.80}; {_HINT}")
+
+
+def check_space(saved: StateSpace, here: StateSpace, where: str) -> None:
+    """Refuse a saved state space that is not that of the object here; bounds are not compared.
+
+    Args:
+        saved: from the library.
+        here: the object's, observable variables only.
+        where: begins the error.
+
+    Raises:
+        InputError: names the variable that differs.
+    """
     if saved.type != here.type:
         raise InputError(f"{where}: type: it is {saved.type}, here it is {here.type}; use a link between these types")
     where = f"{where} {here.type}: variable"

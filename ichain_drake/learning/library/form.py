@@ -23,6 +23,10 @@ class Nullable:
         self.form = form
 
 
+class Free:
+    """Whatever stands here is checked elsewhere."""
+
+
 class Keyed:
     """An object whose names are data.
 
@@ -67,12 +71,14 @@ def find_misfit(value: Any, form: Any, path: str = "") -> tuple[str, str] | None
     Args:
         value: the document as `json.loads` gives it, or a part of it.
         form: for a single value see `is_form`; `[form]` for a list of such, `{name: form}` for exactly these fields,
-            `Nullable`, `Keyed`.
+            `Nullable`, `Keyed`, `Free`.
         path: of the part.
 
     Returns:
         The field and what is wrong with it, or None where all is well.
     """
+    if isinstance(form, Free):
+        return None
     if isinstance(form, Nullable):
         return None if value is None else find_misfit(value, form.form, path)
     if isinstance(form, dict | Keyed):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
@@ -21,9 +22,9 @@ FORMAT = 1
 
 TIME_CONVENTION = "states at t and t + 1 are one period apart; action next: the parent at t + 1, current: at t"
 
-_SHA256 = re.compile(r"[0-9a-f]{64}")
+SHA256 = re.compile(r"[0-9a-f]{64}")
 _NUMBERS = [float]
-_SPACE = {
+SPACE = {
     "type": str,
     "variables": [
         {
@@ -52,8 +53,8 @@ _FORM = {
     "source": str,
     "period": float,
     "time": str,
-    "parent": _SPACE,
-    "child": _SPACE,
+    "parent": SPACE,
+    "child": SPACE,
     "targets": [str],
     "forward": _MODEL,
     "inverses": [_MODEL | {"aim": int, "parent_lower": _NUMBERS, "parent_upper": _NUMBERS}],
@@ -72,28 +73,54 @@ _FORM = {
     ),
     "robot_seconds": float,
     "versions": Keyed(str, str),
-    "demonstrations_sha256": _SHA256,
-    "files": Keyed(is_weights_name, _SHA256),
-    "checksums": Keyed(str, _SHA256),
+    "demonstrations_sha256": SHA256,
+    "files": Keyed(is_weights_name, SHA256),
+    "checksums": Keyed(str, SHA256),
 }
+
+
+def _used(content: Mapping[str, Any]) -> list[str]:
+    used = [model["file"] for model in (content["forward"], *content["inverses"])]
+    if content["command"] is not None and content["command"]["map"] is not None:
+        used.append(content["command"]["map"]["file"])
+    return used
+
+
+@dataclass(frozen=True)
+class ManifestForm:
+    """What a manifest has to look like.
+
+    Attributes:
+        fields: see `find_misfit`; with `format`, `files` and `checksums`.
+        version: of the format.
+        used: names of the weight files that the contents mention.
+    """
+
+    fields: Mapping[str, Any]
+    version: int
+    used: Callable[[Mapping[str, Any]], list[str]]
+
+
+LINK = ManifestForm(_FORM, FORMAT, _used)
 
 
 def _checksum(value: Any) -> str:
     return sha256(json.dumps(value, sort_keys=True, allow_nan=False).encode())
 
 
-def write_manifest(fields: Mapping[str, Any], where: str) -> bytes:
+def write_manifest(fields: Mapping[str, Any], where: str, form: ManifestForm = LINK) -> bytes:
     """A manifest as the bytes of its file.
 
     Args:
         fields: all but `format` and `checksums`.
         where: what to call the link in errors.
+        form: that it must have.
 
     Raises:
         InputError: if a field hasn't the form that `read_manifest` wants, such as a NaN.
     """
-    content = {"format": FORMAT, **fields}
-    misfit = find_misfit(content | {"checksums": {}}, _FORM)
+    content = {"format": form.version, **fields}
+    misfit = find_misfit(content | {"checksums": {}}, form.fields)
     if misfit:
         raise InputError(f"{where} can't be saved: {misfit[0]}: {misfit[1]}")
     content["checksums"] = {name: _checksum(value) for name, value in content.items()}
@@ -104,12 +131,13 @@ def _no_constant(name: str) -> float:
     raise ValueError(f"{name} is no number")
 
 
-def read_manifest(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
+def read_manifest(files: Mapping[str, bytes], folder: Path, form: ManifestForm = LINK) -> dict[str, Any]:
     """The manifest of a link, checked in itself and against the weight files beside it.
 
     Args:
         files: from `read_files`.
         folder: named in errors.
+        form: that it must have.
 
     Raises:
         InputError: if it is truncated, of another format version, edited, or doesn't belong to the weight files;
@@ -121,27 +149,24 @@ def read_manifest(files: Mapping[str, bytes], folder: Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{where}: is no complete JSON file ({error}); save the link anew") from None
     version = content.get("format") if isinstance(content, dict) else None
-    if version is not None and is_form(version, int) and version > FORMAT:
+    if version is not None and is_form(version, int) and version > form.version:
         raise InputError(
-            f"{where}: format {version} is newer than {FORMAT}, the newest that this version reads; "
+            f"{where}: format {version} is newer than {form.version}, the newest that this version reads; "
             "update ichain_drake or save the link with this version"
         )
-    if version is not None and is_form(version, int) and version < FORMAT:
+    if version is not None and is_form(version, int) and version < form.version:
         raise InputError(f"{where}: format {version} is unknown; the first is 1: save the link anew")
-    misfit = find_misfit(content, _FORM)
+    misfit = find_misfit(content, form.fields)
     if misfit:
         raise refusal(where, *misfit)
     for name, value in content.items():
         if name != "checksums" and content["checksums"].get(name) != _checksum(value):
             raise refusal(where, name, "does not match its checksum")
-    _check_weights(content, files, folder)
+    _check_weights(content, form.used(content), files, folder)
     return content
 
 
-def _check_weights(content: dict[str, Any], files: Mapping[str, bytes], folder: Path) -> None:
-    used = [model["file"] for model in (content["forward"], *content["inverses"])]
-    if content["command"] is not None and content["command"]["map"] is not None:
-        used.append(content["command"]["map"]["file"])
+def _check_weights(content: dict[str, Any], used: list[str], files: Mapping[str, bytes], folder: Path) -> None:
     for name in used:
         if used.count(name) > 1 or name not in content["files"]:
             raise refusal(str(folder / MANIFEST), "files", f"{name} is not there exactly once")

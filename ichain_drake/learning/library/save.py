@@ -48,7 +48,8 @@ def _numbers(values: ArrayLike) -> list[float]:
     return [float(v) for v in np.asarray(values, dtype=float)]
 
 
-def _versions() -> dict[str, str]:
+def current_versions() -> dict[str, str]:
+    """Versions of Python and of the packages that learning uses, by name."""
     found = {"python": platform.python_version()}
     for name in _PACKAGES:
         try:
@@ -131,7 +132,7 @@ def save_link(
         "parent_scale": _numbers(link.parent_scale),
         "command": command and _command_fields(command),
         "robot_seconds": float(link.robot_seconds),
-        "versions": _versions(),
+        "versions": current_versions(),
         "demonstrations_sha256": data_hash,
         "files": {file: sha256(data) for file, data in files.items()},
     }

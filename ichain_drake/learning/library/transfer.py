@@ -1,12 +1,13 @@
-"""Copying saved links from one library to another."""
+"""Copying saved links and graphs from one library to another."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.library.files import MANIFEST, link_folders, write_files
+from ichain_drake.learning.library.files import MANIFEST, is_graph_name, item_folders, write_files
 from ichain_drake.learning.library.saved import SavedLink
+from ichain_drake.learning.library.saved_graph import SavedGraph
 
 
 def copy_link(source: Path, name: str, library: Path) -> Path:
@@ -35,23 +36,26 @@ def copy_link(source: Path, name: str, library: Path) -> Path:
 
 
 def add_to_library(source: Path, library: Path) -> list[str]:
-    """Add a link, or all links of another library, to a library; each replaces an earlier one of the same types.
+    """Add a link or graph, or all of another library, to a library; each replaces an earlier one of the same name.
 
     Args:
-        source: a link's folder or a library's.
+        source: a link's folder, a graph's or a library's.
         library: where they shall be; made where it doesn't exist.
 
     Returns:
-        Names of the links.
+        Their names.
 
     Raises:
         InputError: if the source holds none, or any of them is damaged or unsafe: then none is added; or if the
             library can't be written.
     """
-    folders = [source] if (source / MANIFEST).is_file() else link_folders(source)
+    folders = [source] if (source / MANIFEST).is_file() else item_folders(source)
     if not folders:
         raise InputError(f"{source}: holds no saved link; give a library's folder or a link's")
-    links = [SavedLink.read(folder) for folder in folders]
+    links = [
+        SavedGraph.read(folder) if is_graph_name(folder.resolve().name) else SavedLink.read(folder)
+        for folder in folders
+    ]
     for link in links:
         link.verify()
     return [write_files(library, link.folder.resolve().name, link.files).name for link in links]

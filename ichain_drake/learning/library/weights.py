@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 import zlib
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,13 @@ _PLAIN = "biufU"  # truth values, whole numbers, numbers, text
 
 def pack(model: FrozenModel) -> bytes:
     """A frozen model's arrays as the bytes of an `.npz` file; the same model gives the same bytes."""
+    return pack_arrays(model.arrays())
+
+
+def pack_arrays(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Plain arrays as the bytes of an `.npz` file; the same arrays give the same bytes."""
     stream = io.BytesIO()
-    np.savez(stream, allow_pickle=False, **model.arrays())  # type: ignore[arg-type]
+    np.savez(stream, allow_pickle=False, **arrays)  # type: ignore[arg-type]
     return stream.getvalue()
 
 
@@ -34,7 +40,20 @@ def unpack(data: bytes, kind: str, where: str) -> FrozenModel:
     Raises:
         InputError: on anything that is not an uncompressed `.npz` file of plain arrays of that kind of model.
     """
-    arrays = _arrays(data, where)
+    return build(kind, unpack_arrays(data, where), where)
+
+
+def build(kind: str, arrays: Mapping[str, NDArray[Any]], where: str) -> FrozenModel:
+    """A frozen model of its arrays.
+
+    Args:
+        kind: `FrozenModel.kind`.
+        arrays: as `FrozenModel.arrays` gave them.
+        where: what to call their file in errors.
+
+    Raises:
+        InputError: if they don't make a model of that kind, or one that gives no finite numbers.
+    """
     try:
         with np.errstate(all="ignore"):  # what overflows is refused below
             model = from_arrays(kind, arrays)
@@ -51,7 +70,12 @@ def unpack(data: bytes, kind: str, where: str) -> FrozenModel:
     return model
 
 
-def _arrays(data: bytes, where: str) -> dict[str, NDArray[Any]]:
+def unpack_arrays(data: bytes, where: str) -> dict[str, NDArray[Any]]:
+    """The arrays that `pack_arrays` wrote, by name.
+
+    Raises:
+        InputError: on anything that is not an uncompressed `.npz` file of plain arrays; `where` names it.
+    """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             # numpy writes them stored; a compressed one could unfold to more than memory holds.

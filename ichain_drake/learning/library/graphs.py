@@ -1,0 +1,100 @@
+"""Saving what was learned about a whole interaction graph into a library, and loading it for the graph at hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.frozen.model import Array
+from ichain_drake.learning.interaction.model import InteractionModel
+from ichain_drake.learning.library.encoding import encode
+from ichain_drake.learning.library.files import MANIFEST, graph_name, item_folders, sha256, write_files
+from ichain_drake.learning.library.manifest import TIME_CONVENTION, space_fields, write_manifest
+from ichain_drake.learning.library.save import current_versions
+from ichain_drake.learning.library.saved_graph import GRAPH, WEIGHTS, Contents, KnownGraph, SavedGraph
+from ichain_drake.learning.library.weights import pack_arrays
+from ichain_drake.timing import TICK
+
+
+def save_graph(known: KnownGraph, library: Path, name: str) -> Path:
+    """Save a learned graph in a folder of its own, `graph.<name>`, in place of an earlier one of that name.
+
+    Args:
+        known: what was learned.
+        library: the library's folder; made where it doesn't exist.
+        name: by which it will be loaded, such as the scenario's.
+
+    Returns:
+        The graph's folder.
+
+    Raises:
+        InputError: if something in it can't be saved (a number that is not finite, a bad hash), or the library can't
+            be written; an earlier graph is kept then.
+    """
+    model, arrays = known.model, dict[str, Array]()
+    contents = Contents(
+        edges=model.edges,
+        passive={n: p.variables for n, p in model.passive.items()},
+        low=model.low,
+        high=model.high,
+        step_limit=model.step_limit,
+        order=model.order,
+        noise=model.noise,
+        pieces=model.pieces,
+        activations=dict(known.activations),
+        deactivations=dict(known.deactivations),
+    )
+    tree = encode(contents, "model", arrays)
+    files = {WEIGHTS: pack_arrays(arrays)}
+    fields = {
+        "graph": name,
+        "period": TICK,
+        "time": TIME_CONVENTION,
+        "objects": {n: space_fields(space) for n, space in model.graph.objects.items()},
+        "interactions": {e.name: _scores(model, e) for e in model.graph.interactions},
+        "model": tree,
+        "robot_seconds": float(known.robot_seconds),
+        "versions": current_versions(),
+        "demonstrations_sha256": known.demonstrations_sha256,
+        "files": {file: sha256(data) for file, data in files.items()},
+    }
+    manifest = write_manifest(fields, f"graph {name}", GRAPH)
+    return write_files(library, graph_name(name), {MANIFEST: manifest} | files)
+
+
+def load_graph(library: Path, name: str, graph: InteractionGraph) -> KnownGraph | None:
+    """Load what a library knows about a graph. Versions of Python, Drake and scikit-learn don't matter.
+
+    Args:
+        library: the library's folder.
+        name: that it was saved by.
+        graph: the graph at hand: its objects must have the names, variables, units, kinds and roles of the saved one.
+
+    Returns:
+        The model and switching events; None where the library has no graph of that name.
+
+    Raises:
+        InputError: if there is no such library, it holds what is no part of one, or the graph in it is damaged,
+            edited, of a newer format or doesn't fit: names the file, the field or the variable that differs.
+    """
+    folder = library / graph_name(name)
+    if folder.name not in {found.name for found in item_folders(library)}:
+        return None
+    with threadpool_limits(limits=1, user_api="blas"):  # the trial evaluations, as everywhere
+        return SavedGraph.read(folder).known(graph)
+
+
+def _scores(model: InteractionModel, edge: Interaction) -> dict[str, Any]:
+    """What the manifest says about an interaction, for people."""
+    learned = model.edges[edge]
+    names = model.graph.objects[edge.child].observable.names
+    return {
+        "samples": int(learned.status.samples),
+        "f1": float(learned.status.score),
+        "event_f1": float(learned.status.event_score),
+        "block_score": float(learned.status.block_score),
+        "effects": {names[e.variable]: float(e.regression.explained) for e in learned.effects},
+    }

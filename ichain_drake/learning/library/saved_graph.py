@@ -1,0 +1,225 @@
+"""A saved graph as it was read from its folder, and the model that is built from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.interaction.events import Switching, SwitchingWindow
+from ichain_drake.learning.interaction.model import InteractionModel
+from ichain_drake.learning.interaction.passive import PassiveDynamics, PassiveVariable
+from ichain_drake.learning.interaction.tick import LearnedInteraction
+from ichain_drake.learning.library.encoding import Decoder
+from ichain_drake.learning.library.files import MANIFEST, graph_name, is_weights_name, read_files
+from ichain_drake.learning.library.fit import check_graph
+from ichain_drake.learning.library.form import Free, Keyed, refusal
+from ichain_drake.learning.library.manifest import SHA256, SPACE, ManifestForm, read_manifest, space_from
+from ichain_drake.learning.library.weights import unpack_arrays
+from ichain_drake.state import FloatArray
+
+WEIGHTS = "model.npz"
+
+_FORM = {
+    "format": int,
+    "graph": str,
+    "period": float,
+    "time": str,
+    "objects": Keyed(str, SPACE),
+    "interactions": Keyed(
+        str, {"samples": int, "f1": float, "event_f1": float, "block_score": float, "effects": Keyed(str, float)}
+    ),
+    "model": Free(),
+    "robot_seconds": float,
+    "versions": Keyed(str, str),
+    "demonstrations_sha256": SHA256,
+    "files": Keyed(is_weights_name, SHA256),
+    "checksums": Keyed(str, SHA256),
+}
+GRAPH = ManifestForm(_FORM, 1, lambda content: [WEIGHTS])
+
+
+@dataclass(frozen=True)
+class KnownGraph:
+    """Everything that was learned about a graph.
+
+    Attributes:
+        model: status, effects and passive dynamics.
+        activations, deactivations: demonstrated events of each interaction of the robot.
+        robot_seconds: simulated time that recording the demonstrations took of the robot [s].
+        demonstrations_sha256: hash of the demonstrations, 64 hexadecimal digits.
+    """
+
+    model: InteractionModel
+    activations: Mapping[Interaction, tuple[SwitchingWindow, ...]]
+    deactivations: Mapping[Interaction, tuple[SwitchingWindow, ...]]
+    robot_seconds: float
+    demonstrations_sha256: str
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What the field `model` of a manifest stands for; attributes as those of `InteractionModel` and `KnownGraph`."""
+
+    edges: dict[Interaction, LearnedInteraction]
+    passive: dict[str, tuple[PassiveVariable, ...]]
+    low: dict[str, FloatArray]
+    high: dict[str, FloatArray]
+    step_limit: dict[str, FloatArray]
+    order: tuple[Interaction, ...]
+    noise: dict[str, FloatArray]
+    pieces: tuple[str, ...]
+    activations: dict[Interaction, tuple[SwitchingWindow, ...]]
+    deactivations: dict[Interaction, tuple[SwitchingWindow, ...]]
+
+
+@dataclass(frozen=True)
+class SavedGraph:
+    """A graph's folder as it was read: complete, unharmed, but not yet compared with a graph.
+
+    Attributes:
+        folder: where it is.
+        manifest: checked fields.
+        files: contents by file name.
+    """
+
+    folder: Path
+    manifest: Mapping[str, Any]
+    files: Mapping[str, bytes]
+
+    @classmethod
+    def read(cls, folder: Path) -> SavedGraph:
+        """Read a graph's folder.
+
+        Raises:
+            InputError: if anything in it is missing, damaged, edited, foreign or of a newer format.
+        """
+        files = read_files(folder)
+        manifest = read_manifest(files, folder, GRAPH)
+        name = graph_name(manifest["graph"])
+        if folder.resolve().name != name:
+            raise InputError(f"{folder}: the graph in it is {name}; give the folder that name")
+        return cls(folder, manifest, files)
+
+    def verify(self) -> None:
+        """Build its model, for a graph as the manifest describes it.
+
+        Raises:
+            InputError: if that fails; names the file or field.
+        """
+        self.known(self.graph())
+
+    def graph(self) -> InteractionGraph:
+        """The graph as the manifest describes it.
+
+        Raises:
+            InputError: if it can't be one.
+        """
+        try:
+            spaces = {name: space_from(fields) for name, fields in self.manifest["objects"].items()}
+            return InteractionGraph(spaces, list(self.manifest["interactions"]))
+        except InputError as error:
+            raise self._refusal("objects, interactions", str(error)) from None
+
+    def known(self, graph: InteractionGraph) -> KnownGraph:
+        """What was learned, for a graph that fits.
+
+        Raises:
+            InputError: if it doesn't fit, or the contents make no model; names the object, variable or field.
+        """
+        check_graph(self.manifest, self.graph(), graph, str(self.folder))
+        where = str(self.folder / MANIFEST)
+        decoder = Decoder(
+            unpack_arrays(self.files[WEIGHTS], str(self.folder / WEIGHTS)), tuple(graph.interactions), where
+        )
+        found: Contents = decoder.decode(Contents, self.manifest["model"], "model")
+        decoder.finish()
+        self._check_complete(found, graph)
+        model = InteractionModel(
+            graph=graph,
+            edges=found.edges,
+            passive={n: PassiveDynamics(graph.objects[n].observable, v) for n, v in found.passive.items()},
+            low=found.low,
+            high=found.high,
+            step_limit=found.step_limit,
+            order=found.order,
+            noise=found.noise,
+            pieces=found.pieces,
+        )
+        self._check_use(model)
+        return KnownGraph(
+            model,
+            found.activations,
+            found.deactivations,
+            float(self.manifest["robot_seconds"]),
+            self.manifest["demonstrations_sha256"],
+        )
+
+    def _check_complete(self, found: Contents, graph: InteractionGraph) -> None:
+        """Refuse contents that are not about all of the graph, or have arrays of another shape than its states."""
+        every, root = set(graph.interactions), graph.root
+        children = set(graph.objects) - {root}
+        sizes = {n: len(space.observable) for n, space in graph.objects.items()}
+        mine = {e for e in every if e.parent == root}
+        for name, keys, wanted in (
+            ("edges", set(found.edges), every),
+            ("order", set(found.order), every),
+            ("passive", set(found.passive), children),
+            ("activations", set(found.activations), mine),
+            ("deactivations", set(found.deactivations), mine),
+        ):
+            if keys != wanted:
+                raise self._refusal(f"model.{name}", "it is not about exactly what the graph has")
+        for name, group in {n: getattr(found, n) for n in ("low", "high", "step_limit", "noise")}.items():
+            self._check_shapes(f"model.{name}", group, {n: (size,) for n, size in sizes.items()})
+        for obj, variables in found.passive.items():
+            if len(variables) != sizes[obj]:
+                raise self._refusal("model.passive", f"{len(variables)} variables for the {sizes[obj]} of {obj}")
+        for edge, learned in found.edges.items():
+            path, examples = f"model.edges, {edge.name}", learned.examples
+            for part in ("activations", "deactivations"):
+                events: Switching = getattr(examples, part)
+                for side in (events.before, events.after):
+                    self._check_shapes(f"{path}, {part}", side, {n: (len(events), k) for n, k in sizes.items()})
+            for states in (examples.active, examples.inactive):
+                rows = len(next(iter(states.values()), ()))
+                self._check_shapes(path, states, {n: (rows, k) for n, k in sizes.items()})
+            limits = {"active_low": learned.active_low, "active_high": learned.active_high}
+            self._check_shapes(path, limits, dict.fromkeys(limits, (sizes[edge.parent],)))
+        for edge, window in (
+            (e, w) for part in (found.activations, found.deactivations) for e, ws in part.items() for w in ws
+        ):
+            seen = {"root": window.root, "child": window.child}
+            shapes = {"root": (len(window.root), sizes[root]), "child": (sizes[edge.child],)}
+            self._check_shapes(f"model.activations, {edge.name}", seen, shapes)
+            if not 0 <= window.event <= len(window.root) or not len(window.root):
+                raise self._refusal(f"model.activations, {edge.name}", f"row {window.event} is not in its window")
+
+    def _check_shapes(self, path: str, arrays: Mapping[str, FloatArray], wanted: Mapping[str, tuple[int, ...]]) -> None:
+        for name in {**wanted, **arrays}:
+            if name not in arrays or name not in wanted or arrays[name].shape != wanted[name]:
+                raise self._refusal(path, f"{name}: an array of another shape or object than the graph's")
+
+    def _check_use(self, model: InteractionModel) -> None:
+        """Use every part once: what doesn't fit together must not be found out in the middle of a run."""
+        states = {n: np.stack([model.low[n], 0.5 * (model.low[n] + model.high[n])]) for n in model.graph.objects}
+        for edge in model.graph.interactions:
+            try:
+                with np.errstate(all="ignore"):  # what overflows is refused below
+                    value = model.decide(edge, states)
+                    change = model.effect(edge, states, states[edge.parent])
+                    ahead, _ = model.step(states, states[model.graph.root], {edge: True})
+                    spread = model.spread(edge.child, [edge])
+                good = all(np.isfinite(a).all() for a in (value, change, spread, *ahead.values()))
+            except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # InputError is one
+                raise self._refusal(f"model.edges, {edge.name}", " ".join(str(error).split())[:200]) from None
+            if not good:
+                raise self._refusal(f"model.edges, {edge.name}", "it predicts no finite numbers within its own data")
+
+    def _refusal(self, path: str, what: str) -> InputError:
+        return refusal(str(self.folder / MANIFEST), path, what)

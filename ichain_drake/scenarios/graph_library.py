@@ -1,0 +1,63 @@
+"""What runs towards a goal know, into an interaction library and out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ichain_drake.control.graph.planner import GraphPlanner
+from ichain_drake.control.graph.skills import SkillFunction, Skills
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.library import KnownGraph, load_graph, save_graph
+from ichain_drake.scenarios.graph_run import Knowledge
+from ichain_drake.scenarios.path_run import data_hash
+
+
+def save_knowledge(knowledge: Knowledge, pieces: Sequence[Demonstration], library: Path, name: str) -> Path:
+    """Save models and switching events; a designer's own skills are functions and stay where they are.
+
+    Args:
+        knowledge: learned from `pieces`.
+        pieces: the demonstrations.
+        library: the library's folder; made where it doesn't exist.
+        name: of the scenario.
+
+    Returns:
+        The folder of the graph.
+
+    Raises:
+        InputError: if it can't be saved or written.
+    """
+    skills = knowledge.skills
+    known = KnownGraph(
+        knowledge.model, skills.activations, skills.deactivations, knowledge.robot_seconds, data_hash(pieces)
+    )
+    return save_graph(known, library, name)
+
+
+def load_knowledge(
+    library: Path,
+    name: str,
+    graph: InteractionGraph,
+    own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
+) -> Knowledge | None:
+    """What a library knows about a scenario's graph.
+
+    Args:
+        library: the library's folder.
+        name: of the scenario.
+        graph: its interaction graph.
+        own_skills: a designer's functions, by interaction and whether they activate.
+
+    Returns:
+        None where the library has no such graph.
+
+    Raises:
+        InputError: if it is damaged or doesn't fit; see `load_graph`.
+    """
+    known = load_graph(library, name, graph)
+    if known is None:
+        return None
+    skills = Skills(known.activations, known.deactivations, dict(own_skills or {}))
+    return Knowledge(known.model, skills, GraphPlanner(known.model), str(library), known.robot_seconds)

@@ -1,0 +1,169 @@
+"""`learn`, `plan`, `run` and `library` with a whole graph on disk, on a graph that is not the library's own."""
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from threadpoolctl import threadpool_limits
+
+import ichain_drake as ic
+from ichain_drake.demonstrations import write_demonstrations
+from ichain_drake.scenarios import SCENARIOS
+from ichain_drake.scenarios.graph_library import load_knowledge
+
+GOAL = ["0.55 <= lamp.light <= 0.65", "not hand->dimmer"]
+
+
+def _lamp() -> ModuleType:
+    file = Path(__file__).parents[1] / "scenarios" / "lamp.py"
+    spec = importlib.util.spec_from_file_location("lamp", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = sys.modules.setdefault("lamp", importlib.util.module_from_spec(spec))
+    spec.loader.exec_module(module)
+    return module
+
+
+class DrawnLamp(_lamp().LampScenario):  # type: ignore[misc]
+    """With settings, a goal of its own, and nothing to draw."""
+
+    def __init__(self, overrides=(), physics="ideal", seed=0):
+        super().__init__(overrides, physics, seed)
+        self.config = ic.ScenarioConfig()
+        self.config.goal = GOAL
+        for setting in overrides:
+            key, _, value = setting.partition("=")
+            section, _, name = key.partition(".")
+            setattr(getattr(self.config, section), name, int(value) if value.isdigit() else value)
+
+    def drawings(self):
+        return {}
+
+    def drawn_plant(self):
+        return None
+
+    def view(self):
+        return None
+
+
+@pytest.fixture(autouse=True)
+def lamp(monkeypatch):
+    monkeypatch.setitem(SCENARIOS, "lamp", DrawnLamp)
+
+
+@pytest.fixture(scope="module")
+def demos(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("lamp") / "demos"
+    with threadpool_limits(limits=1):
+        write_demonstrations(list(DrawnLamp().record_demonstrations()), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def library(demos, tmp_path_factory) -> Path:
+    from ichain_drake.cli.graph import learn_graph_library
+
+    folder = tmp_path_factory.mktemp("library") / "of lamps"
+    learn_graph_library(DrawnLamp(), demos, folder)
+    return folder
+
+
+def test_learn_writes_a_library_that_can_be_looked_at(ichain, demos, library, tmp_path):
+    said = ichain("learn", "lamp", "--demos", demos, "-o", tmp_path / "again", "--set",
+                  "learning.estimator=polynomial(degree=1, clip=None)")  # fmt: skip
+    assert said.status == 0, said.err
+    lines = said.out.splitlines()
+    assert [line.split(":")[0] for line in lines] == ["hand->dimmer", "hand->switch", "dimmer->lamp", "switch->lamp"]
+    assert "changes x" in lines[0]
+    learned = load_knowledge(tmp_path / "again", "lamp", DrawnLamp.graph)
+    used = {e.regression.estimator for edge in learned.model.edges.values() for e in edge.effects}
+    assert used == {"polynomial(degree=1, clip=None)", "as declared"}
+    listed = ichain("library", "list", "--library", library)
+    assert (listed.status, "graph.lamp" in listed.out, "4 interactions" in listed.out) == (0, True, True)
+    shown = ichain("library", "show", "graph.lamp", "--library", library)
+    assert shown.status == 0
+    assert "lamp: light [1]" in shown.out
+    assert "dimmer->lamp" in shown.out
+    assert ichain("library", "check", library).out.strip() == f"{library}: good"
+    assert ichain("library", "add", library, "--library", tmp_path / "again").status == 0
+    weights = tmp_path / "again" / "graph.lamp" / "model.npz"
+    weights.write_bytes(weights.read_bytes()[:-20])
+    bad = ichain("library", "check", tmp_path / "again")
+    assert bad.status == 2
+    assert "model.npz: its sha256 is not the manifest's" in bad.out
+    assert ichain("plan", "lamp", "--physics", "ideal", "--library", tmp_path / "again").status == 2
+
+
+def test_a_plan_from_the_library_is_the_one_from_the_demonstrations(ichain, demos, library):
+    stored = ichain("plan", "lamp", "--physics", "ideal", "--library", library)
+    learned = ichain("plan", "lamp", "--physics", "ideal", "--demos", demos)
+    assert (stored.status, stored.out) == (learned.status, learned.out)
+    assert stored.status == 0
+    assert "learning" in learned.err
+    assert "learning" not in stored.err
+    assert "recording" not in stored.err
+
+
+def test_a_run_from_the_library_only_differs_in_its_source(ichain, demos, library, tmp_path):
+    reports = []
+    for way in (("--library", library), ("--demos", demos)):
+        done = ichain("run", "lamp", "--physics", "ideal", *way, "-o", tmp_path / way[0][2:], "--report", "-")
+        assert done.status == 0, done.err
+        reports.append(json.loads(done.out))
+        assert not (tmp_path / way[0][2:] / "demonstrations").exists()
+    stored, learned = reports
+    edges = [e.name for e in DrawnLamp.graph.interactions]
+    assert {stored["models"][e].pop("source") for e in edges} == {str(library)}
+    assert {learned["models"][e].pop("source") for e in edges} == {"demonstrations"}
+    for report in reports:
+        report.pop("wall_seconds")
+    assert stored == learned
+
+
+def test_a_designers_skills_are_given_anew(library):
+    edge = DrawnLamp.graph.interactions[0]
+    own = {(edge, True): lambda states, attempt: states["hand"][None]}
+    skills = load_knowledge(library, "lamp", DrawnLamp.graph, own).skills
+    assert skills.own == own
+    assert len(skills.activations[edge]) >= 3
+    assert load_knowledge(library, "lantern", DrawnLamp.graph) is None
+
+
+def test_a_library_without_the_graph_leaves_it_to_be_learned(ichain, demos, tmp_path):
+    (tmp_path / "empty").mkdir()
+    planned = ichain("plan", "lamp", "--physics", "ideal", "--library", tmp_path / "empty", "--demos", demos)
+    assert planned.status == 0
+    assert "learning" in planned.err
+
+
+@pytest.mark.parametrize("command", ["run", "plan", "learn", "teach", "evaluate"])
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("learning.samples=20", "learning.samples is for scenarios that follow paths"),
+        ("control.method=inverse", "control.method is for scenarios that follow paths"),
+        ("learning.estimator=SVC", "learning.estimator SVC: it is no regressor"),
+        ("learning.estimator=nix", "learning.estimator nix: there is no estimator 'nix'"),
+    ],
+)
+def test_settings_that_are_not_for_goals_are_refused_in_one_line(ichain, command, setting, message, demos, tmp_path):
+    more = {
+        "learn": ("--demos", demos, "-o", tmp_path / "library"),
+        "teach": ("-o", tmp_path / "demos"),
+        "run": ("-o", tmp_path / "run"),
+    }
+    refused = ichain(command, "lamp", *more.get(command, ()), "--set", setting)
+    assert refused.status == 2
+    assert message in refused.line
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_library_that_is_not_there_is_refused_before_anything_is_written(ichain, tmp_path):
+    for command in (("run", "-o", tmp_path / "out"), ("plan",)):
+        refused = ichain(command[0], "lamp", *command[1:], "--library", tmp_path / "nix")
+        assert refused.status == 2
+        assert "nix: can't be read as a folder" in refused.line
+    assert not list(tmp_path.iterdir())
