@@ -207,7 +207,7 @@ def test_food_behind_a_shut_door_cannot_be_held_and_the_door_is_worth_opening() 
 
 
 def test_cold_food_outside_becomes_hot_food_in_the_shut_oven() -> None:
-    run = GraphRun(scenario(), ("food.temperature >= 0.8", "door.y <= 0.015", "button.x <= 0.004", "not hand->food"))
+    run = GraphRun(scenario(), tuple(scenario().config.goal))
     run_graph(run, knowledge=knowledge())
     assert run.goal_reached, (run.reason, run.memory and run.memory.log)
     assert isinstance(run.plan, Plan)

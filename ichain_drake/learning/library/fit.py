@@ -65,7 +65,7 @@ def check_graph(manifest: Mapping[str, Any], saved: InteractionGraph, here: Inte
     ):
         for name in (*old, *new):
             if name not in new:
-                raise InputError(f"{where}: {what} {name}: the graph at hand doesn't have it; {_ANEW}")
+                raise InputError(f"{where}: {what} {name}: this graph doesn't have it; {_ANEW}")
             if name not in old:
                 raise InputError(f"{where}: {what} {name}: the library's graph doesn't know it; {_ANEW}")
     for name, space in here.objects.items():

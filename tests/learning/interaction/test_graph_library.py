@@ -181,7 +181,7 @@ def changed(obj: str, change: Callable[[Variable], Variable]) -> InteractionGrap
         (InteractionGraph(GRAPH.objects | {"jar": GRAPH.objects["lamp"]}, [*GRAPH.interactions, "tap->jar"]),
          "object jar: the library's graph doesn't know it; learn the graph anew"),
         (InteractionGraph({n: s for n, s in GRAPH.objects.items() if n != "lamp"}, GRAPH.interactions[:-1]),
-         "object lamp: the graph at hand doesn't have it"),
+         "object lamp: this graph doesn't have it"),
         (InteractionGraph(GRAPH.objects, [*GRAPH.interactions, "hand->tap"]), "interaction hand->tap: the library's"),
         (InteractionGraph(GRAPH.objects | {"lamp": replace(GRAPH.objects["lamp"], type="torch")}, GRAPH.interactions),
          "type: it is lamp, here it is torch"),
