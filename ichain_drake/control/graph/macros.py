@@ -12,7 +12,7 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, is_change, keeps, row, span, take
+from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, conserved, is_change, keeps, row, span, take
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
@@ -199,7 +199,13 @@ def _drives_of(
                 continue
             nearly = np.flatnonzero(total >= _NEARLY_BEST * best)
             hold = int(nearly[np.argmax(sure[nearly])])
-            before = hold if carry is None else _quiet_row(model, carry, poses, np.abs(total) < _QUIET * best, hold)
+            before = hold
+            if carry is not None:
+                quiet = np.abs(total) < _QUIET * best
+                brimful = (
+                    np.abs(_probe(model, _brimful(model, carry, poses), _LONG_TICKS)[target][:, v]) < _QUIET * best
+                )
+                before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
             rate = float(speed[fastest]) / _PROBE_TICKS
             out.append(Drive(chain, int(v), direction, rate, carry, row(poses, hold), row(poses, before)))
     return out
@@ -214,12 +220,20 @@ def _in_context(model: GraphModel, first: str, carry: Carry | None, batch: Batch
     return out
 
 
+def _brimful(model: GraphModel, carry: Carry, batch: Batch) -> Batch:
+    """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
+    obj = carry.edge.child
+    amounts = [i for group in conserved(model) for n, i in group if n == obj]
+    out = {n: v.copy() for n, v in batch.items()}
+    out[obj][:, amounts] = model.high[obj][amounts]
+    return out
+
+
 def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, hold: int) -> int:
     """The quiet sample from which a drive begins; the driving one itself if there is none.
 
-    Near the driving sample, and in each variable near a value at which the object was let go: a fuller object than
-    that of the samples must stay quiet too. The object is brought to the place first and turned there, so that it must
-    have been there, or nearly, before it was turned.
+    Near the driving sample, and in each variable near a value at which the object was let go. The object is brought to
+    the place first and turned there, so that it must have been there, or nearly, before it was turned.
     """
     rows = np.flatnonzero(quiet)
     if not len(rows):

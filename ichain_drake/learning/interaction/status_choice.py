@@ -23,7 +23,7 @@ _OUTSIDE = 0.15  # share of a piece's inactive rows that an input must put outsi
 _PIECES = 0.6  # share of the pieces in which it must
 _NARROW = 0.5  # range while active, as a share of the whole range
 _ENOUGH = 0.01  # difference of the score that counts
-_WORTH = 0.03  # gain of the score for an input that is not narrow: a single event more or less is no evidence
+_WORTH = 0.1  # gain of the score for an input that is not narrow: a few events more or less are no evidence
 _MOST_EXTRA = 3
 
 
