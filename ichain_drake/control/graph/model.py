@@ -49,6 +49,9 @@ class LearnedEdge(Protocol):
     @property
     def examples(self) -> EdgeSamples: ...  # noqa: D102
 
+    @property
+    def alignment(self) -> Any: ...  # noqa: D102 - how the child's position goes with the parent's, or None
+
 
 class PassiveKind(Protocol):
     """Passive dynamics of a variable; `kind` is `hold`, `constant`, `learned` or `change`."""
