@@ -108,9 +108,9 @@ class HandSpec:
     exposed: list[str] = field(default_factory=lambda: list(HAND.names))
     held: dict[str, float] = field(default_factory=dict)
     surface: SphereSurface | None = None
-    ring: RingPath | None = None
     bounds: dict[str, list[float]] = field(default_factory=dict)
     noise_std: dict[str, float] = field(default_factory=dict)
+    ring: RingPath | None = None
 
     # Set up at first use, not in __post_init__: Drake's YAML reader fills the fields after construction.
     @cached_property

@@ -141,7 +141,7 @@ class PathScenario(Scenario):
     """Whether predictive control with the true model can be run for comparison."""
 
     oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(effort=0.02)
-    """What the oracle weighs; chosen on seeds 100 to 105, which no report uses."""
+    """What the oracle weighs; that of the car game was chosen on seeds 100 to 105, which no report uses."""
 
     @abstractmethod
     def reference_paths(self) -> Mapping[str, FloatArray]:

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import pytest
-from joblib.externals.loky import get_reusable_executor
+from joblib import Parallel, delayed
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
@@ -114,8 +114,8 @@ def test_a_row_of_each_sort(dispenser_knowledge: Knowledge):
 
 def test_another_process_gives_the_same_rows(dispenser_knowledge: Knowledge):
     here = run_trial(trial(3, "fault.kind=slip"), dispenser_knowledge)
-    there = get_reusable_executor(max_workers=1)  # what joblib runs an evaluation's jobs on
-    first, second = (there.submit(run_trial, trial(n, "fault.kind=slip"), dispenser_knowledge).result() for n in (3, 4))
+    trials = [trial(n, "fault.kind=slip") for n in (3, 4)]
+    first, second = Parallel(n_jobs=2)(delayed(run_trial)(t, dispenser_knowledge) for t in trials)
     assert here == first
     assert first != second  # another start and another time of the slip
 
