@@ -87,6 +87,9 @@ class Decoder:
             InputError: if the data are of another form; names the field.
         """
         origin, args = get_origin(hint), get_args(hint)
+        if hasattr(origin, "__value__"):  # an alias with parameters, as numpy's NDArray is from 2.5 on
+            hint = origin.__value__[args]
+            origin, args = get_origin(hint), get_args(hint)
         if origin in (Union, UnionType):
             return self._one_of(args, data, path)
         if origin is Literal:
