@@ -10,7 +10,8 @@ import numpy as np
 from ichain_drake.learning.models import InverseModel
 from ichain_drake.state import FloatArray, StateSpace
 
-_SHORTER = 0.3  # of a step that made things worse
+_HARM = 2.0  # times the best cost so far; a step over a small rise often leads on
+_SHORTER = 0.3  # of a step that did harm
 
 
 class TickModel(Protocol):
@@ -171,22 +172,23 @@ class PredictiveLevel:
         plan = self._within_reach(parent, np.clip(plan, self.lower, self.upper))
         metric = self._error_metric(child, wanted)
         best, best_cost, trust = plan, np.full(n, np.inf), np.ones(n)
-        at_best: tuple[FloatArray, FloatArray] | None = None
+        at_last: tuple[FloatArray, FloatArray, FloatArray] | None = None
         for iteration in range(self.weights.iterations + 1):
             final = iteration == self.weights.iterations
             residual, jacobian = self._residual(child, parent, plan, wanted, metric, with_jacobian=not final)
             cost = np.einsum("nr,nr->n", residual, residual)
-            better = cost < best_cost
+            better, harmed = cost < best_cost, cost > _HARM * best_cost
             best = np.where(better[:, None, None], plan, best)
             best_cost = np.where(better, cost, best_cost)
             if final or jacobian is None:
                 break
-            if at_best is not None:  # a step that did harm is tried again, shorter, from where it began
-                residual = np.where(better[:, None], residual, at_best[0])
-                jacobian = np.where(better[:, None, None], jacobian, at_best[1])
-                trust = np.where(better, trust, _SHORTER * trust)
-            at_best = residual, jacobian
-            plan = self._within_reach(parent, self._improve(best, residual, jacobian, trust))
+            if at_last is not None:  # a step that did harm is tried again, shorter, from where it began
+                plan = np.where(harmed[:, None, None], at_last[0], plan)
+                residual = np.where(harmed[:, None], at_last[1], residual)
+                jacobian = np.where(harmed[:, None, None], at_last[2], jacobian)
+                trust = np.where(harmed, _SHORTER * trust, 1.0)
+            at_last = plan, residual, jacobian
+            plan = self._within_reach(parent, self._improve(plan, residual, jacobian, trust))
         return best, np.concatenate([np.ones((n, 1)), best.reshape(n, -1)], axis=1)
 
     def _error_metric(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
