@@ -20,7 +20,7 @@ if TYPE_CHECKING:
         write_demonstrations,
     )
     from ichain_drake.errors import IchainError, InputError, UnreachableError
-    from ichain_drake.graph import Interaction, InteractionGraph
+    from ichain_drake.graph import Interaction, InteractionGraph, Origin
     from ichain_drake.learned_graph import LearnedGraph, build_learned_graph
     from ichain_drake.learning.chain import LearnedChain, LearnedLink, LinkCandidates, learn_chain, learn_link
     from ichain_drake.learning.library import check_library, list_library, load_command, load_links, save_chain
@@ -43,25 +43,31 @@ if TYPE_CHECKING:
         GymnasiumGame,
     )
     from ichain_drake.robot import BodySpec, HandSpec, RobotSpec, SphereSurface, build_robot
-    from ichain_drake.scenarios import PathScenario, Scenario, load_scenario
+    from ichain_drake.scenarios import GraphScenario, PathScenario, Scenario, load_scenario
     from ichain_drake.scenarios.build import build_world
     from ichain_drake.scenarios.commands import Commands
     from ichain_drake.scenarios.config import ScenarioConfig
     from ichain_drake.scenarios.graph_library import load_knowledge, save_knowledge
-    from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, run_graph
+    from ichain_drake.scenarios.graph_run import GraphRun, run_graph
+    from ichain_drake.scenarios.graph_scenario import GraphConfig
+    from ichain_drake.scenarios.hand_commands import HandCommands
+    from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
+    from ichain_drake.scenarios.mishaps import Mishap, MishapConfig
+    from ichain_drake.scenarios.object_maker import ObjectMaker
     from ichain_drake.scenarios.path_run import PathResult, PathRun, data_hash, follow
     from ichain_drake.scenarios.recorder import record
+    from ichain_drake.scenarios.scripted_piece import ScriptedPiece
     from ichain_drake.scenarios.showing import PlaybackPage, show
     from ichain_drake.state import Role, StateSpace, Variable
     from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
-    from ichain_drake.visualization import Recording, load_recording, write_playback
+    from ichain_drake.visualization import Camera, Recording, load_recording, write_playback
     from ichain_drake.world import World
 
 _MODULES = {
     "errors": ("IchainError", "InputError", "UnreachableError"),
     "timing": ("FRAME", "FRAMES_PER_TICK", "TICK"),
     "state": ("Role", "StateSpace", "Variable"),
-    "graph": ("Interaction", "InteractionGraph"),
+    "graph": ("Interaction", "InteractionGraph", "Origin"),
     "objects": ("Car", "ContractError", "Joystick", "JoystickMount", "ObjectSettings", "WorldObject", "check_object"),
     "objects.gymnasium_game": ("ActionTerm", "AttributeSnapshot", "GameEnvironment", "GameSpec", "GymnasiumGame"),
     "robot": ("BodySpec", "HandSpec", "RobotSpec", "SphereSurface", "build_robot"),
@@ -82,16 +88,22 @@ _MODULES = {
     "control.move_to": ("MoveTo",),
     "control.chain": ("ChainController", "ControlCandidates", "make_controller"),
     "control.systems": ("Controller", "PathFollower"),
-    "scenarios": ("PathScenario", "Scenario", "load_scenario"),
+    "scenarios": ("GraphScenario", "PathScenario", "Scenario", "load_scenario"),
     "scenarios.build": ("build_world",),
     "scenarios.commands": ("Commands",),
     "scenarios.config": ("ScenarioConfig",),
     "scenarios.graph_library": ("load_knowledge", "save_knowledge"),
-    "scenarios.graph_run": ("GraphRun", "Knowledge", "learn_graph", "run_graph"),
+    "scenarios.graph_run": ("GraphRun", "run_graph"),
+    "scenarios.graph_scenario": ("GraphConfig",),
+    "scenarios.hand_commands": ("HandCommands",),
+    "scenarios.knowledge": ("Knowledge", "learn_graph"),
+    "scenarios.mishaps": ("Mishap", "MishapConfig"),
+    "scenarios.object_maker": ("ObjectMaker",),
+    "scenarios.scripted_piece": ("ScriptedPiece",),
     "scenarios.recorder": ("record",),
     "scenarios.path_run": ("PathResult", "PathRun", "data_hash", "follow"),
     "scenarios.showing": ("PlaybackPage", "show"),
-    "visualization": ("Recording", "load_recording", "write_playback"),
+    "visualization": ("Camera", "Recording", "load_recording", "write_playback"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -102,6 +114,7 @@ __all__ = [
     "ActionTerm",
     "AttributeSnapshot",
     "BodySpec",
+    "Camera",
     "Car",
     "ChainController",
     "Commands",
@@ -113,8 +126,11 @@ __all__ = [
     "ForwardModel",
     "GameEnvironment",
     "GameSpec",
+    "GraphConfig",
     "GraphRun",
+    "GraphScenario",
     "GymnasiumGame",
+    "HandCommands",
     "HandSpec",
     "IchainError",
     "InputError",
@@ -128,8 +144,12 @@ __all__ = [
     "LearnedGraph",
     "LearnedLink",
     "LinkCandidates",
+    "Mishap",
+    "MishapConfig",
     "MoveTo",
+    "ObjectMaker",
     "ObjectSettings",
+    "Origin",
     "PathFollower",
     "PathLimits",
     "PathResult",
@@ -141,6 +161,7 @@ __all__ = [
     "Role",
     "Scenario",
     "ScenarioConfig",
+    "ScriptedPiece",
     "SphereSurface",
     "StateSpace",
     "TimedPath",

@@ -14,3 +14,7 @@ class InputError(IchainError, ValueError):
 
 class UnreachableError(IchainError):
     """A goal, hand state or path that the models or the arm can't bring about; the message names the condition."""
+
+
+class ActiveCycleError(IchainError):
+    """Interactions that are active at one time form a cycle: no order of evaluation exists."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
@@ -10,9 +11,10 @@ from functools import cached_property
 from pathlib import Path
 
 import networkx as nx
+import numpy as np
 
 from ichain_drake.errors import InputError
-from ichain_drake.state import StateSpace
+from ichain_drake.state import FloatArray, StateSpace
 
 
 @dataclass(frozen=True)
@@ -40,20 +42,63 @@ class Interaction:
         return cls(*parts)
 
 
+@dataclass(frozen=True)
+class Origin:
+    """Where an object stands, as a scenario declares it: given, not learned.
+
+    What acts on the object by its position acts by where it is relative to the object. A link that is learned in
+    relative positions therefore holds wherever the object is moved to, without a new sample (paper sec. IV: "move the
+    joystick: translate the hand"). A turn is not declared and has to be learned.
+
+    Attributes:
+        frame: in which it is expressed; positions with a role in this frame are taken relative to it.
+        position: x, y, z [m].
+    """
+
+    frame: str
+    position: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        if len(self.position) != 3 or not all(math.isfinite(v) for v in self.position):
+            raise InputError(f"an origin in frame {self.frame!r} is at {self.position}; give x, y, z in metres")
+
+    def offset(self, space: StateSpace) -> FloatArray | None:
+        """What it adds to a state whose positions are relative to it.
+
+        Args:
+            space: of that state.
+
+        Returns:
+            Its coordinate for each position in its frame and 0 for any other variable, shape (n_variables,); None if
+            there is no such position.
+        """
+        offset, found = np.zeros(len(space)), False
+        for i, variable in enumerate(space.variables):
+            role = variable.role
+            if role is not None and role.kind == "position" and role.frame == self.frame:
+                offset[i], found = self.position["xyz".index(role.axis)], True
+        return offset if found else None
+
+
 class InteractionGraph:
     """Objects and the interactions between them.
 
     Args:
         objects: state space of each object, by name.
         interactions: edges as `Interaction`, `(parent, child)` or `"parent->child"`.
+        origins: where objects stand, by name, as far as it is declared; see `Origin`.
 
     Raises:
         InputError: on an object name that is empty or holds '->', an edge to an unknown object, a doubled edge, a self
-            loop, or if there is not exactly one object without parents (the robot, paper sec. III: O_1).
+            loop, if there is not exactly one object without parents (the robot, paper sec. III: O_1), or on an origin
+            of an unknown object or in a frame in which none of its parents has a position.
     """
 
     def __init__(
-        self, objects: Mapping[str, StateSpace], interactions: Sequence[Interaction | tuple[str, str] | str]
+        self,
+        objects: Mapping[str, StateSpace],
+        interactions: Sequence[Interaction | tuple[str, str] | str],
+        origins: Mapping[str, Origin] | None = None,
     ) -> None:
         self.objects = dict(objects)
         for name in self.objects:
@@ -78,16 +123,30 @@ class InteractionGraph:
                 raise InputError(f"interaction {edge.name} is declared twice")
             edges.append(edge)
         self.interactions: tuple[Interaction, ...] = tuple(edges)
+        self.root = self._find_root()
+        lost = set(self.objects) - {self.root} - set(nx.descendants(self.digraph, self.root))
+        if lost:
+            raise InputError(f"no interaction leads from {self.root} to {', '.join(sorted(lost))}")
+        self.origins = dict(origins or {})
+        for name, origin in self.origins.items():
+            self._check_origin(name, origin)
+
+    def _find_root(self) -> str:
         roots = [name for name in self.objects if not self.parents(name)]
         if len(roots) != 1:
             raise InputError(
                 f"the graph needs exactly one object without parents (the robot); it has {len(roots)}: "
                 f"{', '.join(roots) or 'none'}"
             )
-        self.root = roots[0]
-        lost = set(self.objects) - {self.root} - set(nx.descendants(self.digraph, self.root))
-        if lost:
-            raise InputError(f"no interaction leads from {self.root} to {', '.join(sorted(lost))}")
+        return roots[0]
+
+    def _check_origin(self, name: str, origin: Origin) -> None:
+        self._require(name)
+        if all(origin.offset(self.objects[p]) is None for p in self.parents(name)):
+            raise InputError(
+                f"origin of {name}: none of its parents has a position in frame {origin.frame!r}; give the frame of "
+                "the parents' positions"
+            )
 
     @cached_property
     def digraph(self) -> nx.DiGraph:
@@ -108,6 +167,19 @@ class InteractionGraph:
     def incoming(self, child: str) -> tuple[Interaction, ...]:
         """Interactions that act on an object, in declared order."""
         return tuple(e for e in self.interactions if e.child == child)
+
+    def origin_for(self, edge: Interaction) -> Origin | None:
+        """What the parent's positions are relative to: the child's declared origin.
+
+        Args:
+            edge: the interaction.
+
+        Returns:
+            None if none is declared, or the parent has no measured position in its frame.
+        """
+        origin = self.origins.get(edge.child)
+        measured = self.objects[edge.parent].observable
+        return None if origin is None or origin.offset(measured) is None else origin
 
     @property
     def is_chain(self) -> bool:

@@ -13,8 +13,9 @@ from rich.table import Table
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.run import deliver_report
 from ichain_drake.errors import InputError
+from ichain_drake.scenarios.goal_scenario import GoalScenario
 from ichain_drake.scenarios.graph_evaluation import NUMBER, check_graph_evaluation, evaluate_goals
-from ichain_drake.scenarios.graph_run import GoalScenario
+from ichain_drake.scenarios.graph_run import own_goal
 from ichain_drake.scenarios.path_evaluation import EvaluationInterrupted
 from ichain_drake.scenarios.path_output import prepare_file, prepare_folder
 from ichain_drake.scenarios.path_run import versions
@@ -36,7 +37,7 @@ def evaluate_goal_scenario(
         EvaluationInterrupted: on Ctrl-C, once the report on the trials that were finished is written.
     """
     check_graph_evaluation(scenario, trials, methods, jobs)
-    goal = tuple(getattr(scenario.config, "goal", ()))
+    goal = own_goal(scenario)
     if not goal:
         raise InputError(f"{scenario.name} has no goal of its own to evaluate; set one in its file")
     if output is not None:

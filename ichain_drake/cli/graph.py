@@ -14,10 +14,13 @@ from ichain_drake.control.graph.format import format_plan
 from ichain_drake.control.graph.plan import Plan
 from ichain_drake.errors import InputError
 from ichain_drake.learning.interaction import read_pieces
+from ichain_drake.scenarios.graph_episode import look
 from ichain_drake.scenarios.graph_library import load_knowledge, save_knowledge
 from ichain_drake.scenarios.graph_output import write_graph_pictures, write_graph_recording
-from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, look, make_plan, run_graph
+from ichain_drake.scenarios.graph_plan import make_plan
+from ichain_drake.scenarios.graph_run import GraphRun, own_goal, run_graph
 from ichain_drake.scenarios.graph_settings import graph_spec
+from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
 from ichain_drake.scenarios.path_output import prepare_folder, write_report
 
 
@@ -27,7 +30,7 @@ def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
     Raises:
         InputError: if there is neither.
     """
-    goal = tuple(expressions or getattr(scenario.config, "goal", ()))
+    goal = tuple(expressions) or own_goal(scenario)
     if not goal:
         raise InputError(f"{scenario.name} has no goal of its own; give one with --goal 'object.variable >= value'")
     return goal
@@ -136,4 +139,6 @@ def learn_graph_library(scenario: Any, demos: Path, library: Path) -> None:
     for edge, learned in knowledge.model.edges.items():
         changed = ", ".join(names[edge.child].observable.names[e.variable] for e in learned.effects) or "nothing seen"
         status = learned.status
-        print(f"{edge.name}: {status.samples} samples, F1 {status.score:.4f}, {status.estimator}; changes {changed}")
+        line = f"{edge.name}: {status.samples} samples, F1 {status.score:.4f}, {status.estimator}; changes {changed}"
+        customary = f"; customary: {', '.join(learned.customary.labels)}" if learned.customary.labels else ""
+        print(line + customary)

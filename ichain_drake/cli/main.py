@@ -31,12 +31,11 @@ for _command in (teach, learn, relearn):
 @app.command("list")
 def list_scenarios() -> None:
     """List the scenarios."""
-    from ichain_drake.robot import models_path
     from ichain_drake.scenarios import SCENARIOS
     from ichain_drake.scenarios.config import load_config
 
     for name, kind in SCENARIOS.items():
-        config = load_config(kind.config_class, models_path() / "scenarios" / f"{name}.yaml")
+        config = load_config(kind.config_class, kind.config_path())
         print(f"{name:18} {config.description}")
 
 
@@ -72,7 +71,10 @@ def run(
     realtime: bool,
     settings: tuple[str, ...],
 ) -> int:
-    """Do the whole main job: demonstrations, learning, control, report, playback."""
+    """Do the whole main job: demonstrations, learning, control, report, playback.
+
+    SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
+    """
     from ichain_drake.cli.graph import run_goal_scenario
     from ichain_drake.cli.run import RunFiles, run_path_scenario
     from ichain_drake.scenarios import PathScenario
@@ -82,7 +84,7 @@ def run(
     if realtime and not meshcat:
         raise IchainError("--realtime is for --meshcat: without it nobody watches")
     loaded = scenario_named(scenario, settings, physics, seed)
-    files = RunFiles(output or Path("runs") / f"{scenario}-{physics}-{seed}", record, report)
+    files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
     if not isinstance(loaded, PathScenario):
         if path is not None or paths:
             raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
@@ -125,7 +127,9 @@ def plan(
 @options("scenario")
 @options("physics", "seed")
 @click.option("--trials", type=int, help="number of seeds; 20 for paths, 5 for goals by default")
-@click.option("--methods", metavar="A,B", default="", help="only these methods (for goals also method/case)")
+@click.option(
+    "--methods", metavar="A,B", default="", help="only these (paths: also method@samples; goals: also method/case)"
+)
 @click.option("--jobs", default=1, show_default=True, help="processes")
 @options("report", "output", "settings")
 def evaluate(

@@ -79,12 +79,26 @@ def learn(scenario: str, demos: Path, output: Path, settings: tuple[str, ...]) -
 @click.option("--link", required=True, metavar="'PARENT->CHILD'", help="the link to learn anew")
 @click.option("--library", type=PATH, required=True, metavar="DIR", help="the links learned before")
 @options("physics", "seed", "report", "settings")
+@click.option("--trials", type=click.IntRange(1), default=1, show_default=True, help="number of seeds")
 def relearn(
-    scenario: str, link: str, library: Path, physics: str, seed: int, report: str | None, settings: tuple[str, ...]
+    scenario: str,
+    link: str,
+    library: Path,
+    physics: str,
+    seed: int,
+    report: str | None,
+    settings: tuple[str, ...],
+    trials: int,
 ) -> None:
     """Learn one link anew after a change of the scenario (--set), keep the others, and compare."""
     from ichain_drake.cli.run import relearn_and_compare
+    from ichain_drake.scenarios import PathScenario
 
-    changed = path_scenario(scenario, settings, physics, seed, "relearn")
-    original = path_scenario(scenario, (), physics, seed, "relearn")
-    relearn_and_compare(changed, original, link, library, report)
+    # How it is learned and controlled is no change of the world: that holds for the original too.
+    same = [text for text in settings if text.split(".")[0].strip() in ("control", "learning")]
+
+    def make(number: int) -> tuple[PathScenario, PathScenario]:
+        changed = path_scenario(scenario, settings, physics, number, "relearn")
+        return changed, path_scenario(scenario, same, physics, number, "relearn")
+
+    relearn_and_compare(make, range(seed, seed + trials), link, library, report)

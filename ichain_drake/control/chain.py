@@ -115,6 +115,7 @@ def _policy(chain: LearnedChain, last: Level, *, command: bool) -> MoveTo:
         chain.command if command else None,
         chain.command_lower if command else chain.links[0].parent_lower,
         chain.command_upper if command else chain.links[0].parent_upper,
+        chain.command_origin,
     )
     return MoveTo((*lower, last), robot)
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ichain_drake.control.levels import Level, plan_step
 from ichain_drake.errors import InputError
+from ichain_drake.graph import Origin
 from ichain_drake.learning.frozen import FrozenModel
 from ichain_drake.state import FloatArray, StateSpace
 
@@ -22,6 +24,7 @@ class RobotLevel:
         limit: largest change of each variable in one tick, shape (n_hand,).
         command: learned map from a wanted hand state to the command that reaches it; None to command it as it is.
         lower, upper: range of the commands in the demonstrations, shape (n_hand,).
+        origin: what positions are relative to in `command`; None for the frame's own.
     """
 
     space: StateSpace
@@ -29,12 +32,20 @@ class RobotLevel:
     command: FrozenModel | None
     lower: FloatArray
     upper: FloatArray
+    origin: Origin | None = None
+
+    @cached_property
+    def _offset(self) -> FloatArray | float:
+        offset = None if self.origin is None else self.origin.offset(self.space)
+        return 0.0 if offset is None else offset
 
     def decide(self, hand: FloatArray, wanted: FloatArray) -> FloatArray:
         """Commands, shape (n, n_hand), from measured and wanted hand states of the same shape."""
         waypoint = plan_step(self.space, hand, wanted, self.limit, 1)
         if self.command is not None:
+            waypoint = waypoint - self._offset
             waypoint = self.command.batch(waypoint) if len(waypoint) > 1 else self.command.value(waypoint[0])[None]
+            waypoint = waypoint + self._offset
         return np.clip(waypoint, self.lower, self.upper)
 
 

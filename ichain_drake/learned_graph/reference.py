@@ -7,14 +7,10 @@ from collections.abc import Mapping, Sequence
 import networkx as nx
 import numpy as np
 
-from ichain_drake.errors import IchainError
+from ichain_drake.errors import ActiveCycleError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.models import ForwardModel
 from ichain_drake.state import FloatArray, StateSpace
-
-
-class ActiveCycleError(IchainError):
-    """Interactions that are active at one time form a cycle: no order of evaluation exists."""
 
 
 def sweep_order(members: Sequence[str], active: Sequence[Interaction], time: float | None = None) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.demonstrations.transitions import Transitions, collect_commands, collect_transitions
 from ichain_drake.errors import InputError
-from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.graph import Interaction, InteractionGraph, Origin
 from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.learning.estimators import make_estimator
 from ichain_drake.learning.features import FeatureKind, planar_poses
@@ -109,6 +109,7 @@ class LearnedChain:
         command_lower, command_upper: range of the commands, shape (n_hand,).
         hand_limit: largest change of the hand in one tick, shape (n_hand,).
         validation: measured states of the last object, one array a piece, for validation only.
+        command_origin: what positions are relative to in `command`; see `LearnedCommand`.
     """
 
     graph: InteractionGraph
@@ -119,6 +120,7 @@ class LearnedChain:
     command_upper: FloatArray
     hand_limit: FloatArray
     validation: tuple[FloatArray, ...] = field(default=(), repr=False)
+    command_origin: Origin | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -131,12 +133,12 @@ def _usable_features(data: Transitions, kinds: Sequence[FeatureKind]) -> list[Fe
 
 
 def _fit_forwards(
-    data: Transitions, options: Iterable[ForwardSpec], edge: Interaction
+    data: Transitions, options: Iterable[ForwardSpec], edge: Interaction, origin: Origin | None
 ) -> list[Scored[ForwardModel, ForwardSpec]]:
     fitted, refused = [], None
     for spec in options:
         try:
-            fitted.append(fit_forward(data, spec, edge))
+            fitted.append(fit_forward(data, spec, edge, origin))
         except InputError as error:
             refused = error
     if not fitted:
@@ -156,17 +158,16 @@ def _most_likely(fitted: Sequence[Scored[ForwardModel, ForwardSpec]]) -> Scored[
 
 
 def _best_forward(
-    data: Transitions, candidates: LinkCandidates, edge: Interaction
+    data: Transitions, candidates: LinkCandidates, edge: Interaction, origin: Origin | None
 ) -> Scored[ForwardModel, ForwardSpec]:
     actions = candidates.forward_actions if candidates.action == "next" else (candidates.action,)
     views = list(itertools.product(_usable_features(data, candidates.features), actions))
     if candidates.screening is not None and len(views) > 1:
-        screened = _fit_forwards(data, (ForwardSpec(candidates.screening, k, a) for k, a in views), edge)
+        screened = _fit_forwards(data, (ForwardSpec(candidates.screening, k, a) for k, a in views), edge, origin)
         best = _most_likely(screened).spec
         views = [(best.features, best.action)]
-    return _most_likely(
-        _fit_forwards(data, (ForwardSpec(e, k, a) for (k, a), e in itertools.product(views, candidates.forward)), edge)
-    )
+    specs = (ForwardSpec(e, k, a) for (k, a), e in itertools.product(views, candidates.forward))
+    return _most_likely(_fit_forwards(data, specs, edge, origin))
 
 
 def learn_link(
@@ -177,7 +178,7 @@ def learn_link(
     targets: Sequence[int],
     robot_seconds: float = 0.0,
 ) -> LearnedLink:
-    """Learn one interaction (paper sec. III, IV).
+    """Learn one interaction (paper sec. III, IV), in positions relative to the child's origin where one is declared.
 
     Args:
         pieces: checked demonstrations.
@@ -191,16 +192,16 @@ def learn_link(
         InputError: if no piece shows the interaction, or the samples are too few for every candidate.
     """
     data = collect_transitions(pieces, graph, edge, candidates.samples or None)
-    forward = _best_forward(data, candidates, edge)
+    origin = graph.origin_for(edge)
+    forward = _best_forward(data, candidates, edge, origin)
     kinds = ["none"] if forward.spec.features == "none" else _usable_features(data, candidates.features)
     inverses, refused = [], None
     for kind, aim, estimator in itertools.product(kinds, candidates.aims, candidates.inverse):
         if kind == "none" and forward.spec.features != "none":
             continue
         try:
-            inverses.append(
-                fit_inverse(data, InverseSpec(estimator, kind, aim, candidates.action), targets, edge)  # type: ignore[arg-type]
-            )
+            inverse = InverseSpec(estimator, kind, aim, candidates.action)  # type: ignore[arg-type]
+            inverses.append(fit_inverse(data, inverse, targets, edge, origin))
         except InputError as error:
             refused = error
     if not inverses:
@@ -246,12 +247,15 @@ def learn_command(commands: FloatArray, states: FloatArray) -> FrozenModel | Non
 def _learn_robot(pieces: Sequence[Demonstration], graph: InteractionGraph, first: LearnedLink) -> LearnedCommand:
     """What the pieces say about commanding the hand; without recorded commands, that it goes where it is told."""
     data = collect_commands(pieces, graph)
+    origin = graph.origin_for(first.interaction)
     if data is None:
         reach = np.maximum(first.parent_upper - first.parent_lower, 1e-9)
-        return LearnedCommand(None, first.parent_lower, first.parent_upper, reach)
+        return LearnedCommand(None, first.parent_lower, first.parent_upper, reach, origin)
     commands, states = data
     limit = np.maximum(_largest_step(pieces, graph), 1e-9)
-    return LearnedCommand(learn_command(commands, states), commands.min(axis=0), commands.max(axis=0), limit)
+    offset = None if origin is None else origin.offset(first.forward.model.parent_space)
+    relative = data if offset is None else (commands - offset, states - offset)
+    return LearnedCommand(learn_command(*relative), commands.min(axis=0), commands.max(axis=0), limit, origin)
 
 
 def _largest_step(pieces: Sequence[Demonstration], graph: InteractionGraph) -> FloatArray:
@@ -316,6 +320,7 @@ def learn_chain(
         command.upper,
         command.hand_limit,
         seen,
+        command.origin,
     )
 
 

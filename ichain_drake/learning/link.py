@@ -13,7 +13,7 @@ from sklearn.model_selection import KFold, cross_val_predict
 
 from ichain_drake.demonstrations.transitions import Transitions
 from ichain_drake.errors import InputError
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, Origin
 from ichain_drake.learning.estimators import for_outputs, make_estimator
 from ichain_drake.learning.features import ChangeCode, FeatureKind
 from ichain_drake.learning.frozen import FrozenModel, freeze
@@ -136,19 +136,22 @@ def _fit(
     return frozen, score, std
 
 
-def fit_forward(data: Transitions, spec: ForwardSpec, interaction: Interaction) -> Scored[ForwardModel, ForwardSpec]:
+def fit_forward(
+    data: Transitions, spec: ForwardSpec, interaction: Interaction, origin: Origin | None = None
+) -> Scored[ForwardModel, ForwardSpec]:
     """Fit Tr of one interaction (paper sec. III).
 
     Args:
         data: transitions while the interaction is active.
         spec: estimator, features and action convention.
         interaction: named in errors.
+        origin: what the parent's positions are taken relative to; None for the frame's own.
 
     Raises:
         InputError: if the samples are too few for the estimator.
     """
     where = f"{interaction.name}, forward model"
-    model = ForwardModel(data.child_space, data.parent_space, spec.features, spec.action, None)  # type: ignore[arg-type]
+    model = ForwardModel(data.child_space, data.parent_space, spec.features, spec.action, None, origin)  # type: ignore[arg-type]
     inputs = model.inputs(data.child, data.parent, data.parent_next)
     outputs = ChangeCode(data.child_space, spec.features).encode(data.child, data.child_next)
     frozen, score, std = _fit(spec.estimator, inputs, outputs, where)
@@ -156,7 +159,11 @@ def fit_forward(data: Transitions, spec: ForwardSpec, interaction: Interaction) 
 
 
 def fit_inverse(
-    data: Transitions, spec: InverseSpec, targets: Sequence[int], interaction: Interaction
+    data: Transitions,
+    spec: InverseSpec,
+    targets: Sequence[int],
+    interaction: Interaction,
+    origin: Origin | None = None,
 ) -> Scored[InverseModel, InverseSpec]:
     """Fit Tr^-1 of one interaction directly, as the paper does (sec. IV).
 
@@ -165,6 +172,7 @@ def fit_inverse(
         spec: estimator, features, how many ticks ahead the wanted state lies, action convention.
         targets: the child's variables that wanted states will name.
         interaction: named in errors.
+        origin: what the parent's positions are taken relative to; None for the frame's own.
 
     Raises:
         InputError: if the samples are too few for the estimator.
@@ -181,9 +189,12 @@ def fit_inverse(
         None,  # type: ignore[arg-type]
         action.min(axis=0),
         action.max(axis=0),
+        origin,
     )
     inputs = model.inputs(data.child, later[:, list(targets)])[usable]
-    frozen, score, std = _fit(spec.estimator, inputs, action[usable], where)
+    offset = None if origin is None else origin.offset(data.parent_space)
+    outputs = action[usable] if offset is None else action[usable] - offset
+    frozen, score, std = _fit(spec.estimator, inputs, outputs, where)
     return Scored(replace(model, frozen=frozen), spec, score, std, int(usable.sum()))
 
 

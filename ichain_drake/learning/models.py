@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ichain_drake.graph import Origin
 from ichain_drake.learning.features import ChangeCode, FeatureKind, StateFeatures
 from ichain_drake.learning.frozen import FrozenModel
 from ichain_drake.state import FloatArray, StateSpace
@@ -27,6 +28,8 @@ class ForwardModel:
         features: what the regression sees of the child.
         action: which state of the parent it sees.
         frozen: the fitted regression, from features and action to the coded change.
+        origin: what the parent's positions are relative to in the regression (and nowhere else): the child's declared
+            origin; None where none is declared.
     """
 
     child_space: StateSpace
@@ -34,6 +37,11 @@ class ForwardModel:
     features: FeatureKind
     action: ActionKind
     frozen: FrozenModel
+    origin: Origin | None = None
+
+    @cached_property
+    def _offset(self) -> FloatArray | None:
+        return None if self.origin is None else self.origin.offset(self.parent_space)
 
     @cached_property
     def _child_features(self) -> StateFeatures:
@@ -51,6 +59,8 @@ class ForwardModel:
     def inputs(self, child: NDArray, parent: NDArray, parent_next: NDArray) -> NDArray:
         """Regression inputs, shape (..., n_in), from states of shape (..., n)."""
         parts = [self._child_features(child)]
+        if self._offset is not None:
+            parent, parent_next = parent - self._offset, parent_next - self._offset
         if self.action in ("current", "both"):
             parts.append(self._parent_features(parent))
         if self.action in ("next", "both"):
@@ -120,6 +130,7 @@ class InverseModel:
         aim: how many ticks ahead the wanted state lies.
         frozen: the fitted regression, from features and wanted change to the parent's state.
         lower, upper: range of the parent's states in the demonstrations, shape (n_parent,); answers stay in it.
+        origin: what the positions in the regression's answers are relative to; see `ForwardModel`.
     """
 
     child_space: StateSpace
@@ -130,6 +141,11 @@ class InverseModel:
     frozen: FrozenModel
     lower: FloatArray
     upper: FloatArray
+    origin: Origin | None = None
+
+    @cached_property
+    def _offset(self) -> FloatArray | None:
+        return None if self.origin is None else self.origin.offset(self.parent_space)
 
     @cached_property
     def _child_features(self) -> StateFeatures:
@@ -155,4 +171,6 @@ class InverseModel:
         """Parent states that bring about the wanted states, shape (n, n_parent)."""
         inputs = self.inputs(child, wanted)
         answer = self.frozen.value(inputs[0])[None] if len(inputs) == 1 else self.frozen.batch(inputs)
+        if self._offset is not None:
+            answer = answer + self._offset
         return np.clip(answer, self.lower, self.upper)

@@ -8,6 +8,7 @@ from ichain_drake.objects.check import ContractError, check_object
 from ichain_drake.objects.cup import Cup
 from ichain_drake.objects.cup_settings import CupFaults, CupSettings, Surface
 from ichain_drake.objects.food import Food, FoodSettings, OvenSettings
+from ichain_drake.objects.hovercraft import Hovercraft, HovercraftParameters
 from ichain_drake.objects.joystick import Joystick, JoystickMount
 from ichain_drake.objects.kettle import Kettle, KettleSettings
 from ichain_drake.objects.oven_part import Dial, OvenPart, PartMount, SlidingPart
@@ -30,6 +31,8 @@ __all__ = [
     "Dial",
     "Food",
     "FoodSettings",
+    "Hovercraft",
+    "HovercraftParameters",
     "Joystick",
     "JoystickMount",
     "Kettle",

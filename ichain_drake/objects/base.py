@@ -220,6 +220,8 @@ class WorldObject(LeafSystem):
         noise = self._process_noise.at(frame) * self.settings.noise_scale
         active: dict[str, Any] = {p: np.float64(on) for p, on in modes.items()}
         stepped = self.step(state, parents, active, noise, FRAME)
+        if np.shape(stepped) != state.shape:
+            raise InputError(f"{self.get_name()}: step gave shape {np.shape(stepped)} for a state {state.shape}")
         if not np.isfinite(stepped).all():
             bad = self.state_space.names[int(np.argmin(np.isfinite(stepped)))]
             raise InputError(f"{self.get_name()}: step gave a non-finite {bad} at t = {context.get_time():.3f} s")

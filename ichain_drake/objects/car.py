@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ParentStates
+from ichain_drake.objects.vehicle import Vehicle, joined, scaled_noise
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
 
 SCREEN = (800.0, 600.0)
@@ -50,7 +50,7 @@ class CarParameters:
     noise: tuple[float, ...] = (10.0, 0.35, 3.0, 0.5, 0.5)
 
 
-class Car(WorldObject):
+class Car(Vehicle[CarParameters]):
     """The car. Its one parent has two observable variables in [-1, 1]: steering, then throttle.
 
     Args:
@@ -72,22 +72,9 @@ class Car(WorldObject):
             Variable("slip", "px/s", hidden=True),
         ),
     )
+    controls: ClassVar[tuple[str, str]] = ("steering", "throttle")
+    parameters_class: ClassVar[type[CarParameters]] = CarParameters
     process_noise_size: ClassVar[int] = 5
-
-    def __init__(
-        self,
-        name: str,
-        parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
-        parameters: CarParameters | None = None,
-    ) -> None:
-        super().__init__(name, parents, initial, settings)
-        self.parameters = parameters or CarParameters()
-        self._stick = next(iter(parents), "")
-        if len(parents) != 1 or len(parents[self._stick].observable) != 2:
-            raise InputError(f"{name}: a car has one parent with two observable variables (steering, throttle)")
-        self._axes = parents[self._stick].observable_indices
 
     def default_state(self) -> FloatArray:
         """At rest in the middle of the screen."""
@@ -98,12 +85,9 @@ class Car(WorldObject):
     ) -> FloatArray:
         """One frame of the game."""
         p = self.parameters
-        # Plain indexing: this runs thirty times a simulated second, and numpy's axis helpers cost more than the sums.
-        on, stick = active[self._stick], parents[self._stick]
-        jx, jy = (np.maximum(np.minimum(on * stick[..., i], 1.0), -1.0) for i in self._axes)
+        jx, jy = (np.maximum(np.minimum(c, 1.0), -1.0) for c in self.read_controls(parents, active))
         x, y, heading, v, w, u = (state[..., i] for i in range(6))
-        root = math.sqrt(dt)
-        n = [noise[..., i] * (scale * root) for i, scale in enumerate(p.noise)]
+        n = scaled_noise(noise, p.noise, dt)
 
         steer = jx * (0.65 + 0.35 * jx**2)
         throttle = jy * (0.75 + 0.25 * np.abs(jy))
@@ -118,7 +102,4 @@ class Car(WorldObject):
         c, s = np.cos(heading), np.sin(heading)
         x1 = x + dt * (v1 * c - lateral * moving * s + p.wind[0] * moving) + n[3]
         y1 = y + dt * (v1 * s + lateral * moving * c + p.wind[1] * moving) + n[4]
-        after = np.empty_like(state, dtype=float)
-        for i, value in enumerate((x1, y1, wrap_angle(heading + dt * w1), v1, w1, u1)):
-            after[..., i] = value
-        return after
+        return joined(state, (x1, y1, wrap_angle(heading + dt * w1), v1, w1, u1))

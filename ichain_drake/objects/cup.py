@@ -13,6 +13,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
 from ichain_drake.objects.cup_settings import CupSettings
+from ichain_drake.objects.fault_clock import FaultClock
 from ichain_drake.objects.hand_reading import HandReading
 from ichain_drake.objects.vessel import (
     AMOUNT_NOISE,
@@ -100,17 +101,14 @@ class Cup(WorldObject):
         self.state_space = self.space(tanks)  # type: ignore[misc]
         super().__init__(name, parents, initial, settings)
         self._hand = hands[0]
-        self._read = HandReading(parents[self._hand], name)
-        if self._read.grip_index is None:
-            raise InputError(f"{name}: its parent {self._hand} has no grip, a binary variable")
+        self._read = HandReading(parents[self._hand], name, grips=True)
         self._exchange = Exchange(name, self.state_space, parents)
         self._pourers = {t: mouth_indices(parents[t], name, t) for t in tanks if t in self.cup.inlets}
         index = self.state_space.index
         self._water, self._lean, self._holding = index("water"), index("lean"), index("held")
         self._offset, self._axis = index("offset_x"), index("axis_x")
-        self._grip, self._age, self._slips = index("grip"), index("age"), index("slips_done")
-        self._slip_times = np.array(sorted(self.cup.faults.slips))
-        self._knocks = sorted(self.cup.faults.knocks)
+        self._grip, self._age = index("grip"), index("age")
+        self._faults = FaultClock(self.cup.faults, self.state_space)
         self._spilled = index("spilled")
 
     def state_at(self, mouth: Sequence[float] | FloatArray, water: float, temperature: float) -> FloatArray:
@@ -174,8 +172,8 @@ class Cup(WorldObject):
         held, was = np.asarray(active[self._hand]) > _CUT, new[..., self._holding] > _CUT
         if np.any(held | was):
             new = self._carry(new, parents[self._hand], held, was)
-        if self._knocks:
-            new = self._knock(new, held)
+        if self._faults.knocks:
+            self._faults.knock(new.T, ~held.T, self.cup.camera)
         return new
 
     def _carry(self, state: FloatArray, hand: FloatArray, held: BoolArray, was: BoolArray) -> FloatArray:
@@ -210,20 +208,7 @@ class Cup(WorldObject):
         s[:3] = self.cup.camera.from_robot(rim.T).T
         s[3] = np.where(held, tilt, np.where(falls, 0.0, s[3]))
         s[self._lean] = np.where(held, lean, np.where(falls, 0.0, s[self._lean]))
-        if len(self._slip_times):
-            due = (self._slip_times <= s[self._age][..., None] + _CUT / 30).sum(axis=-1)
-            lost = falls & (hand.T[self._read.grip_index] > _CUT)
-            s[self._slips] = np.where(lost, due, s[self._slips])
-        return s.T
-
-    def _knock(self, state: FloatArray, held: BoolArray) -> FloatArray:
-        s = state.T
-        done = s[self._slips + 1]
-        for k, (time, dx, dy) in enumerate(self._knocks):
-            now = ~held.T & (done == k) & (s[self._age] >= time - _CUT / 30)
-            shift = self.cup.camera.from_robot(np.array([dx, dy, 0.0])) - self.cup.camera.from_robot(np.zeros(3))
-            s[:3] = np.where(now, (s[:3].T + shift).T, s[:3])
-            s[self._slips + 1] = np.where(now, k + 1, s[self._slips + 1])
+        self._faults.slipped(s, falls & (hand.T[self._read.grip_index] > _CUT))
         return s.T
 
     def decide_active(
@@ -253,11 +238,10 @@ class Cup(WorldObject):
         return bool(closes) and self.cup.grasp.holds(relative) and self._read.points_level(hand)
 
     def _slips_now(self, state: FloatArray, rim: list[float]) -> bool:
-        if not len(self._slip_times):
+        if not self._faults.slips(state):
             return False
-        due = int((self._slip_times <= state[self._age] + _CUT / 30).sum())
         lifted = rim[2] - self.cup.height - float(self.support(*np.array(rim))) > _LIFTED
-        return due > state[self._slips] and lifted
+        return bool(lifted)
 
     def sample_body(self, body: FloatArray) -> FloatArray:
         """Mouth, tilt, lean of a free body [q (w, x, y, z, position); v] whose origin is the middle of its bottom."""

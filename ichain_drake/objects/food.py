@@ -13,7 +13,8 @@ from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
 from ichain_drake.objects.camera import CameraFrame
-from ichain_drake.objects.cup_settings import Surface
+from ichain_drake.objects.cup_settings import CupFaults, Surface
+from ichain_drake.objects.fault_clock import COUNTED, FaultClock
 from ichain_drake.objects.hand_reading import HandReading
 from ichain_drake.objects.region import Region
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
@@ -25,6 +26,7 @@ TEMPERATURE_NOISE = 0.004
 """Standard deviation of a reading of the temperature."""
 
 _TOUCH_ON, _TOUCH_OFF = 2.0, 0.5  # N
+_LIFTED = 0.015  # m above its support: only then a grasp slips
 _CUT = 0.5
 
 BoolArray = NDArray[np.bool_]
@@ -67,6 +69,7 @@ class FoodSettings:
         surfaces: what it can stand on beside the table at height 0.
         camera: frame in which its place is seen.
         oven: see `OvenSettings`.
+        faults: see `CupFaults`; food inside the oven is not knocked.
     """
 
     width: float = 0.05
@@ -75,6 +78,7 @@ class FoodSettings:
     surfaces: tuple[Surface, ...] = ()
     camera: CameraFrame = field(default_factory=CameraFrame)
     oven: OvenSettings = field(default_factory=OvenSettings)
+    faults: CupFaults = field(default_factory=CupFaults)
 
 
 class Food(WorldObject):
@@ -99,6 +103,7 @@ class Food(WorldObject):
             *(Variable(a, "m", role=Role("position", CAMERA, a), measured_in="plant") for a in ("x", "y", "z")),
             Variable("temperature", "1", 0.0, 1.0),
             *(Variable(n, hidden=True) for n in ("held", "offset_x", "offset_y", "offset_z", "grip")),
+            *(Variable(n, hidden=True) for n in COUNTED),
         ),
     )
 
@@ -122,12 +127,11 @@ class Food(WorldObject):
         if len(hands) != 1:
             raise InputError(f"{name}: food has one hand among its parents; {len(hands)} given")
         self._hand = hands[0]
-        self._read = HandReading(parents[self._hand], name)
-        if self._read.grip_index is None:
-            raise InputError(f"{name}: its parent {self._hand} has no grip, a binary variable")
+        self._read = HandReading(parents[self._hand], name, grips=True)
         index = self.state_space.index
         self._temperature, self._holding, self._offset = index("temperature"), index("held"), index("offset_x")
-        self._grip = index("grip")
+        self._grip, self._age = index("grip"), index("age")
+        self._faults = FaultClock(self.food.faults, self.state_space)
         self._door, self._button, self._dial = (
             parents[p].index(v) for p, v in ((oven.door, "y"), (oven.button, "x"), (oven.dial, "angle"))
         )
@@ -175,13 +179,18 @@ class Food(WorldObject):
         on, angle = np.asarray(active[oven.dial]).T, parents[oven.dial].T[self._dial]
         s[self._temperature] = np.clip(s[self._temperature] + on * oven.rate * angle * dt, 0.0, 1.0)
         s[self._grip] = parents[self._hand].T[self._read.grip_index] > _CUT
+        s[self._age] += dt
         return s.T
 
     def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
-        """Held food is where the hand has it; what is let go falls on what is below."""
+        """Held food is where the hand has it; what is let go falls on what is below; mishaps happen."""
         held, was = np.asarray(active[self._hand]) > _CUT, state[..., self._holding] > _CUT
-        if self.settings.body_size or not np.any(held | was):
-            return state
+        if self.settings.body_size:
+            return state  # the plant moves it
+        new = self._carry(state, parents, held, was) if np.any(held | was) else state
+        return self._knock(new, held) if self._faults.knocks else new
+
+    def _carry(self, state: FloatArray, parents: ParentStates, held: BoolArray, was: BoolArray) -> FloatArray:
         s = np.array(state, dtype=float).T
         hand, k = parents[self._hand], self._offset
         place, middle = self._read.position(hand), self.food.camera.to_robot(state[..., :3]).T
@@ -194,6 +203,15 @@ class Food(WorldObject):
         middle = np.where(held.T, moved, np.where(was.T, stands, middle))
         s[:3] = self.food.camera.from_robot(middle.T).T
         s[self._holding] = held.T
+        self._faults.slipped(s, was.T & ~held.T & (hand.T[self._read.grip_index] > _CUT))
+        return s.T
+
+    def _knock(self, state: FloatArray, held: BoolArray) -> FloatArray:
+        s = np.array(state, dtype=float).T
+        oven, camera = self.food.oven, self.food.camera
+        middle = camera.to_robot(s[:3].T)
+        inside = np.apply_along_axis(lambda p: oven.cavity.holds(p.tolist(), False), -1, middle)
+        self._faults.knock(s, ~held.T & ~inside.T, camera)
         return s.T
 
     def decide_active(
@@ -221,9 +239,16 @@ class Food(WorldObject):
         at = self._read.position(hand)
         if was:
             k = self._offset
-            return not self._barred(at + self._read.rotate(hand, state[k : k + 3]), door)
+            barred = self._barred(at + self._read.rotate(hand, state[k : k + 3]), door)
+            return not barred and not self._slips_now(state, place)
         closes = bool(state[self._grip] < _CUT)
         return closes and self.food.grasp.holds((at - place).tolist()) and not self._barred(place, door)
+
+    def _slips_now(self, state: FloatArray, place: FloatArray) -> bool:
+        if not self._faults.slips(state):
+            return False
+        lifted = place[2] - self.food.height / 2 - float(self.support(*place)) > _LIFTED
+        return bool(lifted)
 
     def _barred(self, place: FloatArray, door: float) -> bool:
         """Whether the door is in the way of food, or of the hand that holds it."""

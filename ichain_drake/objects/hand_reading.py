@@ -21,12 +21,13 @@ class HandReading:
     Args:
         space: state space of the hand.
         where: the object that reads, for errors.
+        grips: whether the hand must have a grip, a binary variable.
 
     Raises:
-        InputError: if the hand has no position along x, y or z.
+        InputError: if the hand has no position along x, y or z, or no grip where it must.
     """
 
-    def __init__(self, space: StateSpace, where: str) -> None:
+    def __init__(self, space: StateSpace, where: str, *, grips: bool = False) -> None:
         place, turn, grip = {}, {}, None
         for i, variable in enumerate(space.variables):
             if variable.role is not None and variable.role.kind == "position":
@@ -38,6 +39,8 @@ class HandReading:
         for axis in _AXES:
             if axis not in place:
                 raise InputError(f"{where}: its parent {space.type} has no position along {axis}")
+        if grips and grip is None:
+            raise InputError(f"{where}: its parent {space.type} has no grip, a binary variable")
         self._place = [place[a] for a in _AXES]
         self._roll, self._pitch, self._yaw = (turn.get(a) for a in _AXES)
         self.grip_index = grip

@@ -77,9 +77,7 @@ class OvenPart(WorldObject):
         self.state_space = self.make_space(mount)  # type: ignore[misc]
         super().__init__(name, parents, initial, settings)
         ((self._hand, space),) = parents.items()
-        self._read = HandReading(space, name)
-        if self._read.grip_index is None:
-            raise InputError(f"{name}: its parent {self._hand} has no grip, a binary variable")
+        self._read = HandReading(space, name, grips=True)
         self._holding, self._offset, self._grip = (self.state_space.index(v.name) for v in _HIDDEN)
         self._axis = _AXES.index(mount.axis)
 

@@ -16,8 +16,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ParentStates
+from ichain_drake.objects.vehicle import Vehicle, joined, scaled_noise
 from ichain_drake.objects.wheel import TRAVEL
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
 
@@ -63,7 +63,7 @@ class RoadCarParameters:
     noise: tuple[float, ...] = (0.5, 0.06, 0.2, 0.08, 0.08)
 
 
-class RoadCar(WorldObject):
+class RoadCar(Vehicle[RoadCarParameters]):
     """The car. Its one parent is a wheel: angle [rad], counterclockwise steers left; slide [m], up gives gas.
 
     Args:
@@ -86,33 +86,19 @@ class RoadCar(WorldObject):
             Variable("steer", "rad", hidden=True),
         ),
     )
+    controls: ClassVar[tuple[str, str]] = ("angle", "slide")
+    parameters_class: ClassVar[type[RoadCarParameters]] = RoadCarParameters
     process_noise_size: ClassVar[int] = 5
-
-    def __init__(
-        self,
-        name: str,
-        parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
-        parameters: RoadCarParameters | None = None,
-    ) -> None:
-        super().__init__(name, parents, initial, settings)
-        self.parameters = parameters or RoadCarParameters()
-        self._wheel = next(iter(parents), "")
-        if len(parents) != 1 or len(parents[self._wheel].observable) != 2:
-            raise InputError(f"{name}: a road car has one parent with two observable variables (angle, slide)")
-        self._inputs = parents[self._wheel].observable_indices
 
     def step(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float
     ) -> FloatArray:
         """One frame, in four steps."""
         p = self.parameters
-        on, wheel = active[self._wheel], parents[self._wheel]
-        angle, slide = (on * wheel[..., i] for i in self._inputs)
+        angle, slide = self.read_controls(parents, active)
         pedal = np.maximum(np.minimum(slide / TRAVEL, 1.0), -1.0)
         x, y, heading, v, r, u, steer = (state[..., i] for i in range(7))
-        h, root = dt / _SUBSTEPS, math.sqrt(dt)
+        h = dt / _SUBSTEPS
         load = p.mass * _GRAVITY / (p.front + p.rear)
         front_load, rear_load = load * p.rear, load * p.front
         for _ in range(_SUBSTEPS):
@@ -135,12 +121,9 @@ class RoadCar(WorldObject):
             still = np.exp(-h * (1.0 - fade) / 0.1)
             v, u, r = np.maximum(v + h * v_rate, 0.0), (u + h * u_rate) * still, (r + h * r_rate) * still
         rolling = np.tanh(np.abs(v) / 2.0)
-        n = [noise[..., i] * (scale * root) * rolling for i, scale in enumerate(p.noise)]
-        after = np.empty_like(state, dtype=float)
+        n = [rolling * x for x in scaled_noise(noise, p.noise, dt)]
         values = (x + n[3], y + n[4], wrap_angle(heading), np.maximum(v + n[0], 0.0), r + n[1], u + n[2], steer)
-        for i, value in enumerate(values):
-            after[..., i] = value
-        return after
+        return joined(state, values)
 
     def _side_force(self, slip: FloatArray) -> FloatArray:
         """Lateral tyre force over the load at a slip angle [rad]."""

@@ -16,8 +16,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ParentStates
+from ichain_drake.objects.vehicle import Vehicle, joined, scaled_noise
 from ichain_drake.objects.wheel import TRAVEL
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
 
@@ -55,7 +55,7 @@ class ShipParameters:
     sway: tuple[float, ...] = (-1160.0, -499.0, -8078.0, 15356.0, 278.0, -90.0, 1190.0)
     yaw: tuple[float, ...] = (-264.0, -166.0, 1636.0, -5483.0, -139.0, 45.0, -489.0)
     full_ahead: float = 1.8
-    ratio: float = 5.0
+    ratio: float = 3.6
     largest_rudder: float = math.radians(35.0)
     rudder_lag: float = 0.2
     engine_lag: float = 0.3
@@ -65,7 +65,7 @@ class ShipParameters:
     noise: tuple[float, ...] = (0.006, 0.004, 0.005, 0.02, 0.02)
 
 
-class Ship(WorldObject):
+class Ship(Vehicle[ShipParameters]):
     """The ship. Its one parent is a wheel: angle [rad], counterclockwise turns left; slide [m], up is ahead.
 
     The bridge's instruments show rudder and engine; the current stays hidden.
@@ -93,30 +93,16 @@ class Ship(WorldObject):
             Variable("current_y", "m/s", hidden=True),
         ),
     )
+    controls: ClassVar[tuple[str, str]] = ("angle", "slide")
+    parameters_class: ClassVar[type[ShipParameters]] = ShipParameters
     process_noise_size: ClassVar[int] = 7
-
-    def __init__(
-        self,
-        name: str,
-        parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
-        parameters: ShipParameters | None = None,
-    ) -> None:
-        super().__init__(name, parents, initial, settings)
-        self.parameters = parameters or ShipParameters()
-        self._wheel = next(iter(parents), "")
-        if len(parents) != 1 or len(parents[self._wheel].observable) != 2:
-            raise InputError(f"{name}: a ship has one parent with two observable variables (angle, slide)")
-        self._inputs = parents[self._wheel].observable_indices
 
     def step(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float
     ) -> FloatArray:
         """One frame."""
         p = self.parameters
-        on, wheel = active[self._wheel], parents[self._wheel]
-        angle, slide = (on * wheel[..., i] for i in self._inputs)
+        angle, slide = self.read_controls(parents, active)
         lever = p.full_ahead * np.maximum(np.minimum(slide / TRAVEL, 1.0), -1.0)
         x, y, heading, u, v, rudder, engine, r, cx, cy = (state[..., i] for i in range(10))
         c, s = np.cos(heading), np.sin(heading)
@@ -124,9 +110,7 @@ class Ship(WorldObject):
         along, across = c * cx + s * cy, c * cy - s * cx
         u_rate, v_rate, r_rate = self._rates(u - along, v - across, r, rudder, engine)
 
-        after = np.empty_like(state, dtype=float)
-        root = math.sqrt(dt)
-        n = [noise[..., i] * (scale * root) for i, scale in enumerate(p.noise)]
+        n = scaled_noise(noise, p.noise, dt)
         drift = p.current_noise * math.sqrt(2 * dt / p.current_time)
         wanted = np.maximum(np.minimum(angle / p.ratio, p.largest_rudder), -p.largest_rudder)
         values = (
@@ -141,9 +125,7 @@ class Ship(WorldObject):
             cx + dt * (p.current[0] - cx) / p.current_time + drift * noise[..., 5],
             cy + dt * (p.current[1] - cy) / p.current_time + drift * noise[..., 6],
         )
-        for i, value in enumerate(values):
-            after[..., i] = value
-        return after
+        return joined(state, values)
 
     def _rates(
         self, u: FloatArray, v: FloatArray, r: FloatArray, rudder: FloatArray, engine: FloatArray

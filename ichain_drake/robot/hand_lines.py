@@ -98,12 +98,15 @@ class HandLines:
         return out
 
     def _allowed(self, stretch: Stretch) -> bool:
-        """Near an end that is close to something the way may be as close; the farther from it the less."""
+        """Near an end that is close to something the way may be as close; the farther from it the less.
+
+        Turned in place, as at a knob, the hand is still there.
+        """
         if not stretch.follows or stretch.clearance >= MARGIN:
             return stretch.follows
-        hand = self.spec.reduce(stretch.full)
+        place = self.spec.reduce(stretch.full)[self.place]
         least = min(
-            near - _SLACK + _SLOPE * self.distance(hand, end.hand)
+            near - _SLACK + _SLOPE * float(np.linalg.norm(place - end.hand[self.place]))
             for end, near in zip(self.ends, self.clearances, strict=True)
         )
         return stretch.clearance >= min(least, MARGIN)

@@ -12,8 +12,11 @@ from ichain_drake.scenarios.build import build_world
 from ichain_drake.scenarios.car_game import CarGame
 from ichain_drake.scenarios.car_racing import CarRacing
 from ichain_drake.scenarios.driving import Driving
+from ichain_drake.scenarios.graph_scenario import GraphScenario
+from ichain_drake.scenarios.hover_game import HoverGame
 from ichain_drake.scenarios.kettle import KettleScenario
 from ichain_drake.scenarios.microwave import Microwave
+from ichain_drake.scenarios.own_scenarios import is_own, own_scenario
 from ichain_drake.scenarios.ship import ShipVoyage
 from ichain_drake.scenarios.two_dispensers import TwoDispensers
 from ichain_drake.scenarios.water_dispenser import WaterDispenser
@@ -23,6 +26,7 @@ SCENARIOS: dict[str, type[Scenario]] = {
     CarGame.name: CarGame,
     CarRacing.name: CarRacing,
     Driving.name: Driving,
+    HoverGame.name: HoverGame,
     KettleScenario.name: KettleScenario,
     Microwave.name: Microwave,
     ShipVoyage.name: ShipVoyage,
@@ -35,14 +39,17 @@ def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "
     """A scenario by name.
 
     Args:
-        name: see `ichain list`.
+        name: see `ichain list`; or a scenario of the user's own, by file (`path/to/file.py`, `file.py:Class`) or module
+            (`package.module:Class`), which is imported: this runs its code.
         overrides: settings such as `noise.scale=2`.
         physics: `ideal`, `arm` or `contact`.
         seed: seed of the run.
 
     Raises:
-        InputError: on an unknown name, with close ones, or bad settings.
+        InputError: on an unknown name, with close ones, on a file or module without a scenario, or bad settings.
     """
+    if is_own(name):
+        return own_scenario(name)(overrides, physics, seed)
     if name not in SCENARIOS:
         close = difflib.get_close_matches(name, SCENARIOS, n=1)
         hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(SCENARIOS)}"
@@ -55,6 +62,8 @@ __all__ = [
     "CarGame",
     "CarRacing",
     "Driving",
+    "GraphScenario",
+    "HoverGame",
     "KettleScenario",
     "Microwave",
     "PathScenario",

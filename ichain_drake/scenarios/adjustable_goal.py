@@ -19,7 +19,7 @@ def least_wanted(obj: str, variable: str, lower: float, upper: float, value: flo
         value: at the start.
     """
     # Here, as running graphs needs scenarios, which have adjustables.
-    from ichain_drake.scenarios.graph_run import GraphEpisode  # noqa: PLC0415
+    from ichain_drake.scenarios.graph_episode import GraphEpisode  # noqa: PLC0415
 
     def apply(episode: Episode, value: float) -> None:
         if not isinstance(episode, GraphEpisode):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,6 +28,7 @@ from ichain_drake.visualization import Camera
 from ichain_drake.world.world import World
 
 Progress = Callable[[str], None]
+_PACKAGE = __name__.partition(".")[0]
 
 
 class Scenario(ABC):
@@ -43,7 +45,11 @@ class Scenario(ABC):
 
     name: ClassVar[str]
     config_class: ClassVar[type[ScenarioConfig]] = ScenarioConfig
+    config_file: ClassVar[Path | None] = None
+    """YAML of a scenario that is no part of this package; without one, its settings are the defaults of its class."""
+
     faults: ClassVar[tuple[str, ...]] = ("none",)
+    features: ClassVar[tuple[str, ...]] = ()
 
     config: ScenarioConfig
     graph: InteractionGraph
@@ -55,13 +61,8 @@ class Scenario(ABC):
             raise InputError(f"seed {seed}: give a whole number from 0")
         self.physics = physics
         self.seed = seed
-        self.config = load_config(self.config_class, models_path() / "scenarios" / f"{self.name}.yaml", overrides)
-        if self.config.fault.kind not in self.faults:
-            raise InputError(f"{self.name} has no fault {self.config.fault.kind!r}; it has {', '.join(self.faults)}")
-        if self.config.camera.yaw_deg != 0.0 and "camera" not in self.features:
-            raise InputError(f"{self.name} has no camera: leave camera.yaw_deg at 0")
-        if not (self.config.noise.scale >= 0 and math.isfinite(self.config.noise.scale)):
-            raise InputError(f"noise.scale is {self.config.noise.scale}; give a number from 0")
+        self.config = load_config(self.config_class, self.config_path(), overrides)
+        self.check_config()
         self.graph = self.make_graph()
         self.config.control.candidates()  # what is wrong with these is said now, not after minutes of work
         edges = {e.name for e in self.graph.interactions}
@@ -69,7 +70,27 @@ class Scenario(ABC):
             if name not in edges:
                 raise InputError(f"learning.links: {name} is no interaction of {self.name}; it has {', '.join(edges)}")
 
-    features: ClassVar[tuple[str, ...]] = ()
+    @classmethod
+    def config_path(cls) -> Path | None:
+        """The YAML file of its configuration; None where the defaults of `config_class` are all there is."""
+        if cls.config_file is not None:
+            return cls.config_file
+        # A scenario from elsewhere that builds on one of ours has its file.
+        ours = [c for c in cls.__mro__ if "name" in vars(c) and c.__module__.startswith(f"{_PACKAGE}.")]
+        return models_path() / "scenarios" / f"{vars(ours[0])['name']}.yaml" if ours else None
+
+    def check_config(self) -> None:
+        """Refuse settings that can't be, before anything is made of them; an override calls this one too.
+
+        Raises:
+            InputError: naming the setting.
+        """
+        if self.config.fault.kind not in self.faults:
+            raise InputError(f"{self.name} has no fault {self.config.fault.kind!r}; it has {', '.join(self.faults)}")
+        if self.config.camera.yaw_deg != 0.0 and "camera" not in self.features:
+            raise InputError(f"{self.name} has no camera: leave camera.yaw_deg at 0")
+        if not (self.config.noise.scale >= 0 and math.isfinite(self.config.noise.scale)):
+            raise InputError(f"noise.scale is {self.config.noise.scale}; give a number from 0")
 
     @abstractmethod
     def make_graph(self) -> InteractionGraph:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from ichain_drake.control.path import TimedPath
 from ichain_drake.errors import InputError
 from ichain_drake.robot import HAND
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import PathScenario, Scenario
+from ichain_drake.scenarios.episode import Prepare
+from ichain_drake.scenarios.graph_scenario import GraphScenario
 from ichain_drake.world.world import World
 
 
@@ -26,24 +30,18 @@ def build_world(
 
     Args:
         scenario: see `load_scenario`; it is left as it was.
-        path: name of the reference path that the last object starts on; default the scenario's first.
+        path: name of the reference path that the last object starts on; default the scenario's first. Only for a
+            scenario that follows paths.
         run: number of the run; keys the world's noise.
 
     Returns:
         The world as a Drake Diagram.
 
     Raises:
-        InputError: on an unknown path, or a scenario whose goal is not to follow paths.
+        InputError: on an unknown path, or a scenario that is neither a `PathScenario` nor a `GraphScenario`.
     """
-    if not isinstance(scenario, PathScenario):
-        raise InputError(f"{scenario.name} does not follow paths; build its world from its graph and objects")
-    paths = scenario.reference_paths()
-    name = path or next(iter(paths))
-    if name not in paths:
-        raise InputError(f"{scenario.name} has no path {name!r}; it has {', '.join(paths)}")
-    timed = TimedPath(paths[name], scenario.path_limits())
-
-    world, prepare = scenario.make_world(timed, run)
+    make = _maker(scenario, path, run)
+    world, prepare = make(scenario)
     context = world.CreateDefaultContext()
     prepare(context)
     robot = world.robot.GetMyContextFromRoot(context)
@@ -54,8 +52,24 @@ def build_world(
     started = copy.copy(scenario)
     home = dict(zip(HAND.names, (float(v) for v in hand), strict=True))
     started.config = replace(scenario.config, robot=replace(scenario.config.robot, home=home))
-    again, _ = started.make_world(timed, run)
+    again, _ = make(started)
     if isinstance(again.robot, ArmRobot):
         # The fingers too: closed until they touch what they hold.
         again.robot.plant.SetDefaultPositions(world.robot.GetOutputPort("plant_positions").Eval(robot))
     return again
+
+
+def _maker(scenario: Scenario, path: str, run: int) -> Callable[[Any], tuple[World, Prepare]]:
+    """What makes the world of a run, and puts it in its start state, for a scenario of this kind."""
+    if isinstance(scenario, GraphScenario):
+        if path:
+            raise InputError(f"{scenario.name} has no paths; leave path {path!r} out")
+        return lambda s: s.make_world(run)
+    if not isinstance(scenario, PathScenario):
+        raise InputError(f"{scenario.name} has neither paths nor a goal; build its world from its graph and objects")
+    paths = scenario.reference_paths()
+    name = path or next(iter(paths))
+    if name not in paths:
+        raise InputError(f"{scenario.name} has no path {name!r}; it has {', '.join(paths)}")
+    timed = TimedPath(paths[name], scenario.path_limits())
+    return lambda s: s.make_world(timed, run)

@@ -194,26 +194,26 @@ class ScenarioConfig:
 ConfigT = TypeVar("ConfigT", bound=ScenarioConfig)
 
 
-def load_config(schema: type[ConfigT], file: Path, overrides: Sequence[str] = ()) -> ConfigT:
+def load_config(schema: type[ConfigT], file: Path | None, overrides: Sequence[str] = ()) -> ConfigT:
     """Read a scenario's YAML file.
 
     Args:
         schema: the scenario's configuration class.
-        file: the YAML file.
+        file: the YAML file; None for the defaults of `schema`.
         overrides: `key.key=value` settings, values in YAML.
 
     Raises:
         InputError: on a file that can't be read, malformed YAML, or an unknown key, with close ones.
     """
     try:
-        data = yaml.safe_load(file.read_text()) or {}
+        data = {} if file is None else yaml.safe_load(file.read_text()) or {}
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{file}: can't read the scenario: {_one_line(error)}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{file}: malformed YAML: {_one_line(error)}") from None
     if not isinstance(data, dict):
         raise InputError(f"{file}: a scenario is a mapping of sections")
-    config = _typed(schema, data, str(file))
+    config = _typed(schema, data, str(file or schema.__name__))
     for setting in overrides:
         _override(data, setting, schema)
         config = _typed(schema, data, f"--set {setting}")

@@ -13,10 +13,12 @@ def declared(graph: InteractionGraph) -> dict[str, Any]:
     """Interactions, and of each object's observable variables unit, kind, bounds and role.
 
     Returns:
-        `interactions`, and `objects` per object and variable; an open bound is None, a missing role an empty text.
+        `interactions`, `origins` of the objects that have one, and `objects` per object and variable; an open bound is
+        None, a missing role an empty text.
     """
     return {
         "interactions": [e.name for e in graph.interactions],
+        "origins": {n: {"frame": o.frame, "position": list(o.position)} for n, o in graph.origins.items()},
         "objects": {
             name: {v.name: _variable(v) for v in space.observable.variables} for name, space in graph.objects.items()
         },

@@ -15,9 +15,10 @@ from ichain_drake.errors import IchainError, InputError
 from ichain_drake.learning.interaction import InteractionSpec
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import Scenario
-from ichain_drake.scenarios.graph_run import GoalScenario, Knowledge, learn_graph
+from ichain_drake.scenarios.goal_scenario import GoalScenario
 from ichain_drake.scenarios.graph_settings import graph_spec
 from ichain_drake.scenarios.graph_trial import Trial, run_trial, summarise, without_roles
+from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
 from ichain_drake.scenarios.path_evaluation import EvaluationInterrupted
 from ichain_drake.scenarios.status_accuracy import (
     LEAST_EVENTS,

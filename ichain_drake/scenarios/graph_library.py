@@ -10,11 +10,11 @@ from ichain_drake.control.graph.skills import SkillFunction, Skills
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.library import KnownGraph, load_graph, save_graph
-from ichain_drake.scenarios.graph_run import Knowledge
+from ichain_drake.scenarios.knowledge import Knowledge
 from ichain_drake.scenarios.path_run import data_hash
 
 
-def save_knowledge(knowledge: Knowledge, pieces: Sequence[Demonstration], library: Path, name: str) -> Path:
+def save_knowledge(knowledge: Knowledge, pieces: Sequence[Demonstration], library: Path | str, name: str) -> Path:
     """Save models and switching events; a designer's own skills are functions and stay where they are.
 
     Args:
@@ -33,11 +33,11 @@ def save_knowledge(knowledge: Knowledge, pieces: Sequence[Demonstration], librar
     known = KnownGraph(
         knowledge.model, skills.activations, skills.deactivations, knowledge.robot_seconds, data_hash(pieces)
     )
-    return save_graph(known, library, name)
+    return save_graph(known, Path(library), name)
 
 
 def load_knowledge(
-    library: Path,
+    library: Path | str,
     name: str,
     graph: InteractionGraph,
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
@@ -56,7 +56,7 @@ def load_knowledge(
     Raises:
         InputError: if it is damaged or doesn't fit; see `load_graph`.
     """
-    known = load_graph(library, name, graph)
+    known = load_graph(Path(library), name, graph)
     if known is None:
         return None
     skills = Skills(known.activations, known.deactivations, dict(own_skills or {}))

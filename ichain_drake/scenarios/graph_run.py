@@ -3,94 +3,32 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
-import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import LogVectorOutput
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.graph.controller import GraphController
-from ichain_drake.control.graph.course import Motion
 from ichain_drake.control.graph.executor import Executor, ExecutorSettings, Memory
-from ichain_drake.control.graph.goals import gap, parse_goal, stay, value_of, words
+from ichain_drake.control.graph.goals import gap, value_of, words
 from ichain_drake.control.graph.plan import Goal, NoPlan, Plan, States
-from ichain_drake.control.graph.planner import GraphPlanner
-from ichain_drake.control.graph.skills import SkillFunction, Skills, learn_skills
+from ichain_drake.control.graph.skills import SkillFunction
 from ichain_drake.control.graph.tasks import Mode
 from ichain_drake.demonstrations import Demonstration, write_demonstrations
-from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.interaction import InteractionModel, InteractionSpec, learn_interactions, read_pieces
-from ichain_drake.robot import Physics
+from ichain_drake.graph import Interaction
+from ichain_drake.learning.interaction import InteractionModel, InteractionSpec, read_pieces
 from ichain_drake.scenarios.base import Progress
-from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.episode import Episode, EpisodeInterrupted, EpisodeLog, Prepare
+from ichain_drake.scenarios.episode import EpisodeInterrupted, EpisodeLog
+from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
+from ichain_drake.scenarios.graph_episode import GraphEpisode, look, start_command
+from ichain_drake.scenarios.graph_plan import make_goal
 from ichain_drake.scenarios.graph_settings import graph_spec
+from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
 from ichain_drake.scenarios.path_run import versions
 from ichain_drake.scenarios.recorder import RecordingInterrupted
 from ichain_drake.state import FloatArray
-from ichain_drake.timing import FRAME, TICK
-from ichain_drake.visualization import Camera
-from ichain_drake.world.world import World
-
-_PORTS = ("mode", "edge", "skill", "plan_step")
-_LOOK = 4  # ticks of readings that a plan is made from
-
-
-class GoalScenario(Protocol):
-    """What a scenario offers for a goal over its graph."""
-
-    name: str
-    physics: Physics
-    seed: int
-    config: ScenarioConfig
-    graph: InteractionGraph
-
-    def make_world(self, run: int) -> tuple[World, Prepare]: ...  # noqa: D102
-    def record_demonstrations(self, progress: Progress | None = None) -> Any: ...  # noqa: D102
-    def drawings(self) -> Mapping[str, Any]: ...  # noqa: D102
-    def drawn_plant(self) -> Diagram | None: ...  # noqa: D102
-    def view(self) -> Camera | None: ...  # noqa: D102
-    def given(self) -> dict[str, Any]: ...  # noqa: D102
-
-
-@runtime_checkable
-class PlansMotion(Protocol):
-    """A scenario whose robot can hit things: it says how to get around them."""
-
-    def make_motion(self) -> Motion | None: ...  # noqa: D102 - None: straight lines
-
-
-class GraphEpisode(Episode):
-    """An episode under a `GraphController`: sensors' validity reaches it, what it does is logged.
-
-    Args:
-        world: the world.
-        controller: closes the loop.
-        prepare: puts the world into its start state.
-    """
-
-    def __init__(self, world: World, controller: GraphController, prepare: Prepare) -> None:
-        self.controller = controller
-        super().__init__(world, controller, prepare)
-
-    def _add_logs(self, builder: DiagramBuilder, commander: LeafSystem) -> dict[str, LeafSystem]:
-        for name in self.world.graph.objects:
-            builder.Connect(self.world.GetOutputPort(f"{name}.valid"), commander.GetInputPort(f"{name}.valid"))
-        sinks = super()._add_logs(builder, commander)
-        return sinks | {p: LogVectorOutput(commander.GetOutputPort(p), builder, FRAME) for p in _PORTS}
-
-    @property
-    def memory(self) -> Memory:
-        """What the controller remembers now."""
-        return self.controller.memory(self.controller.GetMyContextFromRoot(self.context))
-
-    def doing(self) -> dict[str, FloatArray]:
-        """Logged ports of the controller, shape (n,) each."""
-        return {p: np.array(self._sinks[p].FindLog(self.context).data())[0].copy() for p in _PORTS}
 
 
 @dataclass
@@ -99,7 +37,7 @@ class GraphRun:
 
     Attributes:
         scenario: what runs.
-        expressions: the goal, as text.
+        expressions: the goal, as text; by default the scenario's own.
         number: of the run; keys start, noise and mishaps.
         pieces: demonstrations.
         model: learned from them.
@@ -117,7 +55,7 @@ class GraphRun:
     """
 
     scenario: GoalScenario
-    expressions: tuple[str, ...]
+    expressions: Sequence[str] = ()
     number: int = 0
     pieces: list[Demonstration] = field(default_factory=list)
     model: InteractionModel | None = None
@@ -132,6 +70,9 @@ class GraphRun:
     source: str = "demonstrations"
     robot_seconds: float = 0.0
     started: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        self.expressions = tuple(self.expressions) or own_goal(self.scenario)
 
     @property
     def goal_reached(self) -> bool:
@@ -159,11 +100,19 @@ class GraphRun:
                 "plan": [] if not isinstance(self.plan, Plan) else describe(self.plan),
                 "failure_cause": self.cause,
                 "events": [] if memory is None else [{"step": t, "what": text} for t, text in memory.log],
+                "cautious": self.cautious,
                 "search": {} if not isinstance(self.plan, Plan) else {
                     "expansions": self.plan.expansions, "rollouts": self.plan.rollouts,
                 },
             },
         }  # fmt: skip
+
+    @property
+    def cautious(self) -> dict[str, list[str]]:
+        """Interactions that failed where their classifier saw no reason, and what was asked of them from then on."""
+        if self.memory is None or self.model is None:
+            return {}
+        return {e.name: list(self.model.customary(e)) for e in self.memory.cautious}
 
     def _models(self) -> dict[str, Any]:
         assert self.model is not None
@@ -181,6 +130,11 @@ class GraphRun:
         return edges | {"passive": report["passive"], "pieces": report["pieces"], "warnings": report["warnings"]}
 
 
+def own_goal(scenario: GoalScenario) -> tuple[str, ...]:
+    """The goal in a scenario's configuration, as text; empty where there is none."""
+    return tuple(getattr(scenario.config, "goal", ()))
+
+
 def describe(plan: Plan) -> list[dict[str, Any]]:
     """A plan as plain numbers and texts, for the report."""
     return [
@@ -195,49 +149,6 @@ def describe(plan: Plan) -> list[dict[str, Any]]:
     ]
 
 
-@dataclass(frozen=True)
-class Knowledge:
-    """What runs with the same demonstrations share.
-
-    Attributes:
-        model: learned from them.
-        skills: their switching events.
-        planner: with this model.
-        source: `demonstrations`, or the folder of the library that it was loaded from.
-        robot_seconds: simulated time that recording the demonstrations took of the robot [s].
-    """
-
-    model: InteractionModel
-    skills: Skills
-    planner: GraphPlanner
-    source: str = "demonstrations"
-    robot_seconds: float = 0.0
-
-
-def learn_graph(
-    pieces: Sequence[Demonstration],
-    graph: InteractionGraph,
-    spec: InteractionSpec | None = None,
-    own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
-) -> Knowledge:
-    """Learn models and skills from demonstrations.
-
-    Args:
-        pieces: unordered, with flags.
-        graph: the interaction graph.
-        spec: candidate estimators.
-        own_skills: a designer's functions, by interaction and whether they activate.
-
-    Raises:
-        InputError: on demonstrations that can't be learned from; names piece, edge and remedy.
-    """
-    with threadpool_limits(limits=1):
-        model = learn_interactions(pieces, graph, spec)
-        seconds = sum((len(p) - 1) * TICK for p in pieces)
-        skills = learn_skills(model, pieces, own_skills)
-        return Knowledge(model, skills, GraphPlanner(model), robot_seconds=seconds)
-
-
 def record_pieces(run: GraphRun, keep: Path | None = None, say: Progress | None = None) -> None:
     """Record demonstrations into `run`, writing each to the folder `keep` as soon as it is there."""
     try:
@@ -250,52 +161,6 @@ def record_pieces(run: GraphRun, keep: Path | None = None, say: Progress | None 
         if keep is not None:
             write_demonstrations([stopped.piece], keep)
         raise
-
-
-def look(scenario: GoalScenario, number: int = 0) -> States:
-    """What is measured at the start of a run, averaged over the ticks that the controller looks too.
-
-    Args:
-        scenario: makes the world.
-        number: of the run.
-    """
-    world, prepare = scenario.make_world(number)
-    episode = Episode(world, _Still(_start_command(world, prepare)), prepare, log=False)
-    readings = [{n: episode.value(n) for n in scenario.graph.objects}]
-    for _ in range(_LOOK - 1):
-        episode.run(1)
-        readings.append({n: episode.value(n) for n in scenario.graph.objects})
-    return {n: np.mean([r[n] for r in readings], axis=0) for n in scenario.graph.objects}
-
-
-def make_goal(expressions: Sequence[str], model: InteractionModel, start: States) -> Goal:
-    """Read a goal; `keep object.variable within value` holds a variable where it is at the start.
-
-    Raises:
-        InputError: on an expression that can't be read.
-    """
-    kept, plain = [], []
-    for text in expressions:
-        words_of = text.split()
-        if len(words_of) == 4 and words_of[0] == "keep" and words_of[2] == "within" and "." in words_of[1]:  # noqa: PLR2004
-            obj, _, variable = words_of[1].rpartition(".")
-            parse_goal([f"{words_of[1]} >= {words_of[3]}"], model, start)  # refuses unknown names and numbers
-            kept += list(stay(start, obj, [variable], model, float(words_of[3])))
-        else:
-            plain.append(text)
-    goal = parse_goal(plain, model, start) if plain or not kept else Goal(())
-    return Goal((*goal.conditions, *kept), goal.inactive)
-
-
-def make_plan(knowledge: Knowledge, expressions: Sequence[str], start: States) -> tuple[Goal, Plan | NoPlan]:
-    """A plan for a goal from measured states; `ichain plan` prints it with `format_plan`.
-
-    Raises:
-        InputError: on an expression that can't be read.
-    """
-    with threadpool_limits(limits=1):
-        goal = make_goal(expressions, knowledge.model, start)
-        return goal, knowledge.planner.plan(start, goal)
 
 
 def run_graph(
@@ -346,8 +211,8 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
     assert run.goal is not None
     world, prepare = run.scenario.make_world(run.number)
 
-    def planned(now: States, goal: Goal) -> Plan | NoPlan:
-        found = knowledge.planner.plan(now, goal)
+    def planned(now: States, goal: Goal, cautious: Collection[Interaction] = ()) -> Plan | NoPlan:
+        found = knowledge.planner.plan(now, goal, cautious)
         if run.plan is None:
             run.plan = found
         say("no plan" if isinstance(found, NoPlan) else f"executing {len(found.steps)} steps")
@@ -355,7 +220,7 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
 
     motion = run.scenario.make_motion() if isinstance(run.scenario, PlansMotion) else None
     executor = Executor(knowledge.model, knowledge.skills, planned, run.goal, settings, motion)
-    controller = GraphController(executor, _start_command(world, prepare))
+    controller = GraphController(executor, start_command(world, prepare))
     episode = GraphEpisode(world, controller, prepare)
     try:
         episode.run(settings.ticks + 10, lambda e: episode.memory.stopped)
@@ -392,35 +257,4 @@ def _wrong(run: GraphRun) -> str:
     return ""
 
 
-class _Still(LeafSystem):
-    """Sends one command for ever."""
-
-    def __init__(self, command: FloatArray) -> None:
-        super().__init__()
-        self._command = self.DeclareDiscreteState(command)
-        self.DeclareStateOutputPort("hand_command", self._command)
-
-
-def _start_command(world: World, prepare: Prepare) -> FloatArray:
-    """The robot's state at the start of a run, shape (n_root,)."""
-    context = world.CreateDefaultContext()
-    prepare(context)
-    robot = world.robot
-    state = robot.GetOutputPort("state").Eval(robot.GetMyContextFromRoot(context))
-    space = world.graph.objects[world.graph.root]
-    return np.asarray(state, dtype=float)[space.observable_indices]
-
-
-__all__ = [
-    "GoalScenario",
-    "GraphEpisode",
-    "GraphRun",
-    "Knowledge",
-    "describe",
-    "learn_graph",
-    "look",
-    "make_goal",
-    "make_plan",
-    "record_pieces",
-    "run_graph",
-]
+__all__ = ["GraphRun", "describe", "own_goal", "record_pieces", "run_graph"]

@@ -17,7 +17,8 @@ from ichain_drake.errors import IchainError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import Scenario
-from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, run_graph
+from ichain_drake.scenarios.graph_run import GraphRun, run_graph
+from ichain_drake.scenarios.knowledge import Knowledge
 from ichain_drake.state import StateSpace
 
 MISJUDGED, LEARNING, ERROR = "misjudged", "learning", "error"

@@ -18,11 +18,12 @@ from pydrake.systems.framework import Context, Diagram
 from ichain_drake.control.path import PathLimits
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.graph import InteractionGraph
+from ichain_drake.graph import InteractionGraph, Origin
 from ichain_drake.objects import Joystick, JoystickMount, ObjectSettings, WorldObject
 from ichain_drake.objects.joystick import FULL_TILT, JoystickDrawing, axes_from_tilt, tilt_from_axes
-from ichain_drake.robot import BodySpec, Physics, build_robot, hand_pose
+from ichain_drake.robot import BodySpec, RobotSpec, SphereSurface, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
+from ichain_drake.robot.hand import FRAME as HAND_FRAME
 from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.scenarios.car_game_demonstrations import Player
 from ichain_drake.scenarios.config import PathConfig, ScenarioConfig
@@ -46,24 +47,40 @@ class MountConfig:
     """Where the joystick stands.
 
     Attributes:
-        pivot: see `JoystickMount` [m].
-        yaw_deg: rotation about the vertical [deg].
+        pivot: where it is declared to be, see `JoystickMount` [m]: the hand's sphere, its play and its home are about
+            it, and the link to it is learned relative to it.
+        offset: x, y of where it really is, relative to `pivot` [m]; nobody is told.
+        yaw_deg: rotation about the vertical [deg]; nobody is told.
         handle: [m].
     """
 
     pivot: list[float] = field(default_factory=lambda: [0.5, 0.0, 0.05])
+    offset: list[float] = field(default_factory=lambda: [0.0, 0.0])
     yaw_deg: float = 0.0
     handle: float = 0.1
 
-    def mount(self) -> JoystickMount:
-        """The same as `JoystickMount`.
+    def origin(self) -> Origin:
+        """Where it is declared to be.
 
         Raises:
             InputError: if the pivot does not have three coordinates.
         """
-        if len(self.pivot) != 3:
+        if len(self.pivot) != 3 or not all(math.isfinite(v) for v in self.pivot):
             raise InputError(f"joystick.pivot is {self.pivot}; give x, y, z in metres")
-        return JoystickMount((self.pivot[0], self.pivot[1], self.pivot[2]), math.radians(self.yaw_deg), self.handle)
+        return Origin(HAND_FRAME, (self.pivot[0], self.pivot[1], self.pivot[2]))
+
+    def mount(self) -> JoystickMount:
+        """Where it really is.
+
+        Raises:
+            InputError: if pivot or offset do not have three and two coordinates, or the yaw is no angle.
+        """
+        x, y, z = self.origin().position
+        if len(self.offset) != 2 or not all(math.isfinite(v) for v in self.offset):
+            raise InputError(f"joystick.offset is {self.offset}; give x, y in metres")
+        if not math.isfinite(self.yaw_deg):
+            raise InputError(f"joystick.yaw_deg is {self.yaw_deg}; give degrees")
+        return JoystickMount((x + self.offset[0], y + self.offset[1], z), math.radians(self.yaw_deg), self.handle)
 
 
 @dataclass
@@ -96,6 +113,7 @@ class StartConfig:
 class JoystickGameConfig(ScenarioConfig):
     """Configuration of a game with a joystick."""
 
+    robot: RobotSpec = field(default_factory=lambda: RobotSpec(home={}))
     joystick: MountConfig = field(default_factory=MountConfig)
     play: PlayConfig = field(default_factory=PlayConfig)
     start: StartConfig = field(default_factory=StartConfig)
@@ -106,10 +124,6 @@ class JoystickGame(PathScenario):
     """A hand holds a joystick, the joystick drives the last object of the chain along paths; see `Scenario`."""
 
     config: JoystickGameConfig
-
-    def __init__(self, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> None:
-        super().__init__(overrides, physics, seed)
-        _check_numbers(self.config)
 
     # What a game provides.
 
@@ -150,13 +164,16 @@ class JoystickGame(PathScenario):
     # What they share.
 
     def make_graph(self) -> InteractionGraph:
-        """A chain: the hand, the joystick, and what it drives."""
+        """A chain: the hand, the joystick, and what it drives; where the joystick stands is declared."""
+        _check_numbers(self.config)  # before the hand is brought anywhere
+        origin = self.config.joystick.origin()
+        _bring_hand_to(self.config, origin.position)
         spaces = {
             HAND: self.config.robot.hand.space,
             JOYSTICK: Joystick.state_space,
             self.target: self.target_space(),
         }
-        return InteractionGraph(spaces, [(HAND, JOYSTICK), (JOYSTICK, self.target)])
+        return InteractionGraph(spaces, [(HAND, JOYSTICK), (JOYSTICK, self.target)], {JOYSTICK: origin})
 
     def path_limits(self) -> PathLimits:
         """From the configuration."""
@@ -309,6 +326,16 @@ class JoystickGame(PathScenario):
     def monolithic_demonstration(self, count: int) -> Demonstration:
         """The driver again, but with the robot's hand, in this scenario's physics."""
         return self.record_drive(count, None, (HAND, self.target), 903)
+
+
+def _bring_hand_to(config: JoystickGameConfig, pivot: Sequence[float]) -> None:
+    """What the configuration leaves open about the hand: it keeps to the knob's sphere, within the stick's length."""
+    robot, handle = config.robot, config.joystick.handle
+    if robot.hand.surface is None:
+        robot.hand.surface = SphereSurface(list(pivot), handle)
+    for axis, middle in zip("xy", pivot[:2], strict=True):
+        robot.home.setdefault(axis, middle)
+        robot.hand.bounds.setdefault(axis, [middle - handle, middle + handle])
 
 
 def _check_numbers(config: JoystickGameConfig) -> None:

@@ -13,26 +13,11 @@ import numpy as np
 
 from ichain_drake.scenarios.kettle_layout import LAYOUT, KettleStart, VesselShape
 from ichain_drake.scenarios.kettle_teleoperation import KettleTeleoperation
+from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.scenarios.water_dispenser_teleoperation import BACK, FORWARD, TURNING
-from ichain_drake.state import FloatArray
 
 _BOTTLE, _KETTLE = LAYOUT.bottle, LAYOUT.kettle
 _LAID = tuple[KettleStart, KettleTeleoperation]
-
-
-@dataclass(frozen=True)
-class KettlePiece:
-    """One piece before it is recorded.
-
-    Attributes:
-        name: of the piece.
-        start: state that it starts from.
-        commands: hand command of each tick, shape (n_ticks, 6).
-    """
-
-    name: str
-    start: KettleStart
-    commands: FloatArray
 
 
 @dataclass(frozen=True)
@@ -295,7 +280,7 @@ _CONTENT = {
 }
 
 
-def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator[KettlePiece]:
+def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator[ScriptedPiece[KettleStart]]:
     """The pieces, unordered: sixteen, none the whole task.
 
     Args:
@@ -323,4 +308,4 @@ def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator
     }
     for name, lay_out in pieces.items():
         start, hand = lay_out()
-        yield KettlePiece(name, start, hand.commands)
+        yield ScriptedPiece(name, start, hand.commands)

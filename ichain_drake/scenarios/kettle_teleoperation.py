@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 
-from ichain_drake.objects import ButtonMount
 from ichain_drake.scenarios.kettle_layout import LAYOUT, VesselShape
 from ichain_drake.scenarios.water_dispenser_teleoperation import BACK, Teleoperation
 
@@ -30,7 +30,7 @@ class KettleTeleoperation(Teleoperation):
 
     def grasp(
         self, vessel: VesselShape, place: Sequence[float], floor: float = 0.0, off: tuple[float, float] = (0.0, 0.0)
-    ) -> KettleTeleoperation:
+    ) -> Self:
         """From before a standing vessel, close around it and lift it a little.
 
         Args:
@@ -44,37 +44,34 @@ class KettleTeleoperation(Teleoperation):
         self.to(x - BACK, place[1], z).to(x + off[0]).grip(True)
         return self.rise(0.06)
 
-    def release(self, x: float, y: float, floor: float = 0.0) -> KettleTeleoperation:
+    def release(self, x: float, y: float, floor: float = 0.0) -> Self:
         """From above, put the held vessel down at a place [m], let go and back off."""
         x, z = x + self._vessel.hand[0] + self._off[0], floor + self._vessel.hand[1] + self._off[1]
-        self.to(x, y).to(z=z + 0.0015, step=0.03).wait(1).grip(False).to(x - BACK)
-        return self
+        return self.to(x, y).to(z=z + 0.0015, step=0.03).wait(1).grip(False).to(x - BACK)
 
-    def rise(self, height: float) -> KettleTeleoperation:
+    def rise(self, height: float) -> Self:
         """Straight up [m]."""
-        self.by(z=height)
-        return self
+        return self.by(z=height)
 
-    def mouth_to(self, x: float, y: float, z: float, step: float = 0.04) -> KettleTeleoperation:
+    def mouth_to(self, x: float, y: float, z: float, step: float = 0.04) -> Self:
         """Bring the mouth of the held vessel, as it is tilted now, to a place [m]."""
         a, b, c = self._turned(float(self.now[3]))
-        self.to(x - a, y - b, z - c, step=step)
-        return self
+        return self.to(x - a, y - b, z - c, step=step)
 
-    def over_kettle(self, place: Sequence[float]) -> KettleTeleoperation:
+    def over_kettle(self, place: Sequence[float]) -> Self:
         """Bring the upright bottle over a kettle on the plate."""
         z = LAYOUT.plate.height + LAYOUT.kettle.height + LAYOUT.opening[2] + _OVER_KETTLE + LAYOUT.bottle.height
         a, _, c = self._turned(0.0)
         self.to(z=z - c).to(place[0] - a)
         return self.mouth_to(place[0], place[1], z)
 
-    def over_bottle(self, place: Sequence[float]) -> KettleTeleoperation:
+    def over_bottle(self, place: Sequence[float]) -> Self:
         """Bring the spout of the upright kettle over a bottle."""
         z = LAYOUT.bottle.height + _OVER_BOTTLE
         self.to(z=z - self._turned(0.0)[2])
         return self.mouth_to(place[0], place[1], z)
 
-    def pour(self, roll: float) -> KettleTeleoperation:
+    def pour(self, roll: float) -> Self:
         """Turn the held vessel about its mouth.
 
         Args:
@@ -85,22 +82,6 @@ class KettleTeleoperation(Teleoperation):
         for angle in np.linspace(now, roll, max(1, math.ceil(abs(roll - now) / _TURN - 1e-6)) + 1)[1:]:
             a, b, c = self._turned(float(angle))
             self.to(x - a, y - b, z - c, roll=float(angle))
-        return self
-
-    def press(self, button: Sequence[float], level: float, off: Sequence[float] = (0.0, 0.0)) -> KettleTeleoperation:
-        """Move straight down on a button, or up, to the height of a level; `off` along x and y [m]."""
-        x, y, z = button
-        self.to(x + off[0], y + off[1], ButtonMount((x, y, z)).hand_height(level), step=0.02)
-        return self
-
-    def wait(self, ticks: int) -> KettleTeleoperation:
-        """Stay."""
-        super().wait(ticks)
-        return self
-
-    def turn(self, pitch: float) -> KettleTeleoperation:
-        """Change between pointing down and forward, where there is room."""
-        super().turn(pitch)
         return self
 
     def _turned(self, roll: float) -> np.ndarray:

@@ -92,7 +92,8 @@ class _Asker(LeafSystem):
 def first_link_graph(graph: InteractionGraph, target: str) -> InteractionGraph:
     """Robot and first child of a chain alone."""
     robot, child = graph.chain(target)[:2]
-    return InteractionGraph({n: graph.objects[n] for n in (robot, child)}, [(robot, child)])
+    origins = {child: graph.origins[child]} if child in graph.origins else {}
+    return InteractionGraph({n: graph.objects[n] for n in (robot, child)}, [(robot, child)], origins)
 
 
 def learn_first_link(
@@ -132,7 +133,8 @@ def measure_first_link(scenario: PathScenario, chain: LearnedChain, count: int =
     inverse = link.best_inverse.model
     level = InverseLevel(inverse, link.child_limit[list(inverse.targets)])
     hand = chain.graph.objects[robot].observable
-    reach = RobotLevel(hand, chain.hand_limit, chain.command, chain.command_lower, chain.command_upper)
+    limits = (chain.command_lower, chain.command_upper)
+    reach = RobotLevel(hand, chain.hand_limit, chain.command, *limits, chain.command_origin)
     targets = list(inverse.targets)
     asker = _Asker(MoveTo((level,), reach), [(robot, hand), (child, space)], wanted[:, targets])
 

@@ -7,34 +7,18 @@ interactions, not the task: none holds more than one of its steps.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ichain_drake.scenarios.microwave_layout import LAYOUT, MicrowaveStart, Point
 from ichain_drake.scenarios.microwave_teleoperation import HOLD, SAFE, OvenTeleoperation, part_point
-from ichain_drake.state import FloatArray
+from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 
 OPEN, IN = LAYOUT.door.travel, LAYOUT.button.travel
 _HALF = 0.5
 _LONG = 0.003  # m of a pull or push beyond an end, along which the hand slips
 
 Laid = tuple[MicrowaveStart, OvenTeleoperation]
-
-
-@dataclass(frozen=True)
-class OvenPiece:
-    """One piece before it is recorded.
-
-    Attributes:
-        name: of the piece.
-        start: state that it starts from.
-        commands: hand command of each tick, shape (n_ticks, 5).
-    """
-
-    name: str
-    start: MicrowaveStart
-    commands: FloatArray
 
 
 class _Script:
@@ -255,7 +239,7 @@ class _Script:
         return start, hand.take_part("button", IN, self.near()).slide("button", -_LONG).leave()
 
 
-def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator[OvenPiece]:
+def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator[ScriptedPiece[MicrowaveStart]]:
     """The pieces, unordered, none the whole task.
 
     Args:
@@ -290,4 +274,4 @@ def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator
     }
     for name, lay_out in pieces.items():
         start, hand = lay_out()
-        yield OvenPiece(name, start, hand.commands)
+        yield ScriptedPiece(name, start, hand.commands)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 
+from ichain_drake.scenarios.hand_commands import HandCommands
 from ichain_drake.scenarios.microwave_layout import LAYOUT, Point
 from ichain_drake.state import FloatArray
 
@@ -16,61 +17,23 @@ SAFE = 0.54
 HOLD = 0.045
 """Height of the hand on standing food [m]."""
 
-_STEP, _TURN = 0.04, 0.25  # m and rad in a tick
-_X, _Y, _Z, _ROLL, _GRIP = range(5)
+_X, _Y, _Z = range(3)
 _LIFT = 0.03  # of food over a doorstep
 _NONE = (0.0, 0.0, 0.0)
 
 
-class OvenTeleoperation:
-    """Lays out hand commands in straight lines that the hand can follow tick by tick.
+class OvenTeleoperation(HandCommands):
+    """Grasps what is at the oven, and moves it; everything returns itself.
 
     Args:
         hand: hand state at start: x, y, z [m], roll [rad], grip; shape (5,).
     """
 
     def __init__(self, hand: Sequence[float]) -> None:
-        self.now = np.array(hand, dtype=float)
-        self._rows: list[FloatArray] = []
+        super().__init__(("x", "y", "z", "roll", "grip"), hand)
         self._slack: FloatArray = np.zeros(3)  # how far off the part is held [m]
 
-    @property
-    def commands(self) -> FloatArray:
-        """What was laid out, shape (n_ticks, 5)."""
-        return np.array(self._rows)
-
-    def to(
-        self,
-        x: float | None = None,
-        y: float | None = None,
-        z: float | None = None,
-        roll: float | None = None,
-        step: float = _STEP,
-    ) -> OvenTeleoperation:
-        """Move to new values of some variables, in steps of at most `step` metres and a quarter of a radian."""
-        goal = self.now.copy()
-        for index, value in enumerate((x, y, z, roll)):
-            if value is not None:
-                goal[index] = value
-        way = goal - self.now
-        count = max(1, math.ceil(max(np.linalg.norm(way[:3]) / step, abs(way[_ROLL]) / _TURN) - 1e-6))
-        start = self.now
-        self._rows += [start + k / count * way for k in range(1, count)] + [goal]
-        self.now = goal
-        return self
-
-    def wait(self, ticks: int) -> OvenTeleoperation:
-        """Stay."""
-        self._rows += [self.now] * ticks
-        return self
-
-    def grip(self, closed: bool) -> OvenTeleoperation:
-        """Close or open the hand."""
-        self.now = self.now.copy()
-        self.now[_GRIP] = float(closed)
-        return self.wait(2)
-
-    def reach(self, point: Sequence[float], off: Sequence[float] = _NONE, roll: float = 0.0) -> OvenTeleoperation:
+    def reach(self, point: Sequence[float], off: Sequence[float] = _NONE, roll: float = 0.0) -> Self:
         """From wherever it is, back to the safe plane, along it, and straight ahead to a point.
 
         Args:
@@ -83,17 +46,17 @@ class OvenTeleoperation:
             self.to(SAFE)
         return self.to(SAFE, y, z, roll).to(x)
 
-    def take(self, point: Sequence[float], off: Sequence[float] = _NONE, roll: float = 0.0) -> OvenTeleoperation:
+    def take(self, point: Sequence[float], off: Sequence[float] = _NONE, roll: float = 0.0) -> Self:
         """`reach` with an open hand, and close it."""
         return self.reach(point, off, roll).grip(True)
 
-    def leave(self) -> OvenTeleoperation:
+    def leave(self) -> Self:
         """Open the hand and go straight back."""
         return self.grip(False).to(SAFE)
 
     # The oven's parts; coordinates as in the layout.
 
-    def slide(self, name: str, to: float, step: float = _STEP) -> OvenTeleoperation:
+    def slide(self, name: str, to: float, step: float = 0.04) -> Self:
         """Move a part that was grasped, to a coordinate; the hand stays as far off as it grasped it."""
         mount = {"door": LAYOUT.door, "button": LAYOUT.button}[name]
         axis = "xyz".index(mount.axis)
@@ -101,30 +64,30 @@ class OvenTeleoperation:
         goal[axis] = mount.point[axis] + to + self._slack[axis]
         return self.to(goal[0], goal[1], goal[2], step=step)
 
-    def take_part(self, name: str, at: float, off: Sequence[float] = _NONE, roll: float = 0.0) -> OvenTeleoperation:
+    def take_part(self, name: str, at: float, off: Sequence[float] = _NONE, roll: float = 0.0) -> Self:
         """Grasp a sliding part that is at a coordinate."""
         self._slack = np.array(off, dtype=float)
         return self.take(part_point(name, at), off, roll)
 
     # Food.
 
-    def take_food(self, place: Sequence[float], off: Sequence[float] = _NONE) -> OvenTeleoperation:
+    def take_food(self, place: Sequence[float], off: Sequence[float] = _NONE) -> Self:
         """Grasp standing food; `place` is x, y of its middle [m], in the cavity or not."""
         floor = LAYOUT.cavity[2] if place[0] > LAYOUT.front else 0.0
         return self.take((place[0], place[1], floor + HOLD), off)
 
-    def lift(self) -> OvenTeleoperation:
+    def lift(self) -> Self:
         """Lift what was grasped, and come back with it to before the oven."""
         self.to(z=self.now[_Z] + _LIFT)
         return self.to(min(float(self.now[_X]), 0.60))
 
-    def carry_in(self, place: Sequence[float], off: Sequence[float] = _NONE) -> OvenTeleoperation:
+    def carry_in(self, place: Sequence[float], off: Sequence[float] = _NONE) -> Self:
         """Bring lifted food before the doorway and in, put it down, let go and come out."""
         z = LAYOUT.cavity[2] + HOLD + off[2]
         self.to(0.585, place[1] + off[1], z + 0.02).to(place[0] + off[0])
         return self.to(z=z + 0.0015, step=0.03).leave()
 
-    def carry_out(self, place: Sequence[float], off: Sequence[float] = _NONE) -> OvenTeleoperation:
+    def carry_out(self, place: Sequence[float], off: Sequence[float] = _NONE) -> Self:
         """Put lifted food down before the oven, let go and back off."""
         z = HOLD + off[2]
         self.to(0.585, place[1] + off[1], z + 0.04).to(place[0] + off[0])

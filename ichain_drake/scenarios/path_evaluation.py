@@ -66,6 +66,7 @@ FIRST_LINK = "first_link"
 """Not a way to follow paths: how well the chain's first link reaches wanted states of its child."""
 
 METHODS: tuple[str, ...] = (*dict.fromkeys(v.method for v in VARIANTS), ORACLE, FIRST_LINK)
+_LABELS = tuple(v.label for v in VARIANTS)
 
 
 class EvaluationInterrupted(KeyboardInterrupt):
@@ -89,8 +90,11 @@ def check_evaluation(scenario: PathScenario, trials: int, methods: Sequence[str]
     if trials < 1 or jobs < 1:
         raise InputError("--trials and --jobs: give numbers from 1")
     for method in methods:
-        if method not in METHODS:
-            raise InputError(f"there is no method {method!r}; there are {', '.join(METHODS)}")
+        if method not in METHODS and method not in _LABELS:
+            raise InputError(
+                f"there is no method {method!r}; there are {', '.join(METHODS)}, and with a number of samples "
+                f"{', '.join(_LABELS)}"
+            )
         if method == ORACLE and not scenario.has_oracle:
             raise InputError(f"{scenario.name} has no oracle; leave it out of --methods")
     check_settings(scenario)
@@ -112,7 +116,7 @@ def evaluate_paths(
         scenario: with the first seed and the physics.
         overrides: its settings, for the worker processes.
         trials: number of seeds.
-        methods: only these; default all.
+        methods: only these; default all. `default` is that method at every number of samples, `default@500` at one.
         jobs: processes; the result does not depend on it.
         progress: called with a line and the fraction done.
 
@@ -145,7 +149,7 @@ def _evaluate_seed(
 ) -> list[dict[str, Any]]:
     """All methods on one seed, in a process of its own."""
     with threadpool_limits(limits=1):
-        variants = [v for v in VARIANTS if v.method in methods]
+        variants = [v for v in VARIANTS if v.method in methods or v.label in methods]
         most = max([v.samples for v in variants if not v.monolithic], default=FULL)
         scenario = kind([*overrides, f"learning.samples={most}"], physics, seed)
         pieces = list(scenario.record_demonstrations()) if variants else []

@@ -11,24 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.scenarios.water_dispenser_layout import LAYOUT, DispenserStart
 from ichain_drake.scenarios.water_dispenser_teleoperation import BACK, FORWARD, GRASP, TURNING, Teleoperation
-from ichain_drake.state import FloatArray
-
-
-@dataclass(frozen=True)
-class ScriptedPiece:
-    """One piece before it is recorded.
-
-    Attributes:
-        name: of the piece.
-        start: state that it starts from.
-        commands: hand command of each tick, shape (n_ticks, 6).
-    """
-
-    name: str
-    start: DispenserStart
-    commands: FloatArray
 
 
 @dataclass(frozen=True)
@@ -281,7 +266,9 @@ _CONTENT = {
 }
 
 
-def script_pieces(rng: np.random.Generator, *, bodies: bool = False, point: bool = False) -> Iterator[ScriptedPiece]:
+def script_pieces(
+    rng: np.random.Generator, *, bodies: bool = False, point: bool = False
+) -> Iterator[ScriptedPiece[DispenserStart]]:
     """The pieces, unordered: at most 16, none the whole task.
 
     Args:

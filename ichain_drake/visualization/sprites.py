@@ -1,4 +1,4 @@
-"""Pictures of two-dimensional games, drawn in code: a playfield, a car and a ship from above."""
+"""Pictures of two-dimensional games, drawn in code: a playfield; a car, a ship and a hovercraft from above."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ GRID_MAJOR: Color = (93, 112, 130)
 TEXT: Color = (176, 192, 206)
 CAR: Color = (240, 84, 62)
 SHIP: Color = (240, 150, 60)
+HOVERCRAFT: Color = (70, 170, 110)
 
 _FIELD_WIDTH = 1600  # of a playfield's picture
 _SCALE = 4  # drawn larger, then reduced: smooth edges
@@ -126,6 +127,37 @@ def ship_sprite(color: Color = SHIP, opacity: float = 1.0) -> Image.Image:
     ):
         draw.rounded_rectangle([v * _SCALE for v in (x0, y0, x1, y1)], 3 * _SCALE, fill=fill)
     return _faded(_haloed(image).resize((240, 60), Image.Resampling.LANCZOS), opacity)
+
+
+def hovercraft_sprite(color: Color = HOVERCRAFT, opacity: float = 1.0) -> Image.Image:
+    """A hovercraft from above that points to the right, 3 : 2.
+
+    Args:
+        color: of the deck.
+        opacity: 0..1.
+
+    Returns:
+        RGBA, 180 x 120.
+    """
+    image = Image.new("RGBA", (180 * _SCALE, 120 * _SCALE), (0, 0, 0, 0))
+    draw = ImageDraw.Draw(image)
+
+    def box(x0: float, y0: float, x1: float, y1: float, radius: float, fill: tuple[int, ...]) -> None:
+        draw.rounded_rectangle([v * _SCALE for v in (x0, y0, x1, y1)], radius * _SCALE, fill=fill)
+
+    box(6, 8, 174, 112, 50, (32, 35, 40))  # skirt
+    box(18, 20, 162, 100, 40, color)
+    box(104, 36, 146, 84, 18, (35, 46, 58))  # cabin's glass
+    box(84, 40, 122, 80, 10, tuple(round(c * 0.75) for c in color))
+    draw.ellipse([v * _SCALE for v in (26, 28, 80, 92)], fill=(22, 24, 28))  # fan, with its hub and blades
+    for k in range(4):
+        a = math.pi * (k / 2 + 0.2)
+        tip = (53 + 25 * math.cos(a), 60 + 29 * math.sin(a))
+        draw.line([v * _SCALE for v in (53, 60, *tip)], fill=(150, 158, 166), width=5 * _SCALE)
+    draw.ellipse([v * _SCALE for v in (47, 54, 59, 66)], fill=(210, 214, 218))
+    box(8, 34, 20, 50, 3, (240, 243, 246))  # rudders
+    box(8, 70, 20, 86, 3, (240, 243, 246))
+    return _faded(_haloed(image).resize((180, 120), Image.Resampling.LANCZOS), opacity)
 
 
 def _haloed(image: Image.Image) -> Image.Image:

@@ -156,6 +156,16 @@ def test_a_step_that_diverges_names_object_variable_and_time() -> None:
         rig.simulator.AdvanceTo(1.0)
 
 
+def test_a_step_of_another_shape_names_object_and_shapes() -> None:
+    class Wide(Counter):
+        def step(self, state: Any, parents: Any, active: Any, noise: Any, dt: float) -> Any:
+            return np.append(state, 0.0)
+
+    rig = Rig(Wide("counter", {"knob": KNOB}))
+    with pytest.raises(InputError, match=r"counter: step gave shape \(3,\) for a state \(2,\)"):
+        rig.simulator.AdvanceTo(1.0)
+
+
 def test_an_object_without_step_says_so() -> None:
     class Empty(WorldObject):
         state_space: ClassVar[StateSpace] = KNOB

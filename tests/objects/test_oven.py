@@ -8,6 +8,7 @@ import pytest
 from ichain_drake.errors import InputError
 from ichain_drake.objects import check_object
 from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.objects.cup_settings import CupFaults
 from ichain_drake.objects.food import Food, FoodSettings, OvenSettings
 from ichain_drake.objects.oven_part import Dial, OvenPart, PartMount, SlidingPart
 from ichain_drake.robot import HandSpec
@@ -198,3 +199,42 @@ def test_what_cannot_be_is_refused() -> None:
         Food("food", spaces | {"other": HAND})
     with pytest.raises(InputError, match="food: its parent hand has no grip"):
         Food("food", spaces | {"hand": no_grip})
+
+
+# Mishaps.
+
+
+def played(thing: Food, state: FloatArray, way: list[FloatArray], door: float = OPEN) -> tuple[FloatArray, list[bool]]:
+    """The food's state once a hand went a way, frame by frame, and whether the hand held it in each."""
+    active, held = dict.fromkeys(thing.parents, False), []
+    for at in way:
+        parents = around(thing, at, door, OUT)
+        active = dict(thing.decide_active(state, parents, active, None))
+        state = np.array(thing.settle(state, parents, active))
+        state = thing.step(state, parents, {n: np.float64(a) for n, a in active.items()}, np.zeros(0), 1 / 30)
+        held.append(active["hand"])
+    return state, held
+
+
+def test_a_slip_waits_until_the_food_is_in_the_air_and_happens_once() -> None:
+    thing = food(FoodSettings(camera=CAMERA, faults=CupFaults(slips=(0.2,))))
+    high = (*OUTSIDE[:2], 0.2)
+    grasp = [hand(OUTSIDE), hand(OUTSIDE, grip=1.0)]
+    state, held = played(thing, thing.state_at(OUTSIDE, 0.0), [*grasp, *[hand(OUTSIDE, grip=1.0)] * 12])
+    assert held[-1]  # due, but it stands
+    state, held = played(thing, state, [hand(OUTSIDE), *grasp, *[hand(high, grip=1.0)] * 3])
+    assert held[-4:] == [True, True, False, False]
+    np.testing.assert_allclose(CAMERA.to_robot(state[:3]), OUTSIDE, atol=1e-9)
+    _, held = played(thing, state, [hand(OUTSIDE, grip=1.0), *grasp, *[hand(high, grip=1.0)] * 9])
+    assert held == [False, False, *[True] * 10]
+
+
+def test_a_knock_displaces_food_that_stands_outside_once() -> None:
+    thing = food(FoodSettings(camera=CAMERA, faults=CupFaults(knocks=((0.5, 0.03, -0.02),))))
+    away = hand((0.4, 0.0, 0.3))
+    state, _ = played(thing, thing.state_at(OUTSIDE, 0.0), [away] * 14)
+    np.testing.assert_allclose(CAMERA.to_robot(state[:3]), OUTSIDE, atol=1e-12)
+    state, _ = played(thing, state, [away] * 30)
+    np.testing.assert_allclose(CAMERA.to_robot(state[:3]), np.add(OUTSIDE, [0.03, -0.02, 0.0]), atol=1e-12)
+    inside, _ = played(thing, thing.state_at(INSIDE, 0.0), [away] * 30)
+    np.testing.assert_allclose(CAMERA.to_robot(inside[:3]), INSIDE, atol=1e-12)

@@ -10,7 +10,8 @@ from pydrake.math import RigidTransform
 from test_arm import other_arm
 
 from ichain_drake.errors import InputError, UnreachableError
-from ichain_drake.robot import MotionPlanner, RobotSpec, hand_pose
+from ichain_drake.robot import HandSpec, MotionPlanner, RobotSpec, hand_pose
+from ichain_drake.robot.hand_lines import MARGIN
 
 DOWN, FORWARD = 0.0, np.pi / 2
 WALL = ((0.5, 0.0, 0.09), (0.02, 0.16, 0.18))
@@ -40,6 +41,18 @@ def test_the_arm_goes_around_a_wall_and_touches_nothing(tmp_path: Path) -> None:
     assert turn < 1e-9  # what is the same at both ends stays
     straight = LEFT + np.linspace(0.25, 1.0, 4)[:, None] * (RIGHT - LEFT)
     assert executed(spec, LEFT, straight)[1] < 0.0
+
+
+def test_a_hand_that_turns_in_place_stays_there_however_near_something_is(tmp_path: Path) -> None:
+    """As at a knob on a panel: what it holds can't go around anything."""
+    spec = walls(tmp_path, panel=((0.66, 0.0, 0.25), (0.02, 0.4, 0.5)))
+    spec = replace(spec, hand=HandSpec(["x", "y", "z", "roll", "grip"], held={"yaw": 0.0, "pitch": FORWARD}))
+    start = np.array([0.63, 0.0, 0.25, 0.0, 1.0])
+    path = MotionPlanner(spec).path(start, start - [0.0, 0.0, 0.0, 1.6, 0.0])
+    np.testing.assert_allclose(path[:, :3], np.tile(start[:3], (len(path), 1)), atol=1e-12)
+    runner, least = executed(spec, start, path)
+    assert 0.004 < least < MARGIN
+    assert runner.read("state")[3] == pytest.approx(-1.6, abs=0.02)
 
 
 def test_what_is_held_goes_around_too_and_what_was_put_down_is_in_the_way(tmp_path: Path) -> None:

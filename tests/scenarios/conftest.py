@@ -8,7 +8,7 @@ import pytest
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.learning.interaction import InteractionSpec
 from ichain_drake.learning.link import EstimatorSpec
-from ichain_drake.scenarios.graph_run import Knowledge, learn_graph
+from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
 from ichain_drake.scenarios.water_dispenser import WaterDispenser
 
 sys.path.insert(0, str(Path(__file__).parent))  # import-mode importlib: helpers lie beside the tests

@@ -16,7 +16,9 @@ from ichain_drake.control.graph.executor import Executor, Memory
 from ichain_drake.control.graph.plan import Plan
 from ichain_drake.demonstrations import Demonstration, column
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.scenarios.graph_run import Knowledge, look, make_goal
+from ichain_drake.scenarios.graph_episode import look
+from ichain_drake.scenarios.graph_plan import make_goal
+from ichain_drake.scenarios.knowledge import Knowledge
 from ichain_drake.scenarios.water_dispenser import WaterDispenser
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import TICK

@@ -47,6 +47,19 @@ def test_an_unknown_path_is_named() -> None:
         build_world(load_scenario("car_game", physics="ideal"), path="circle")
 
 
+@pytest.mark.parametrize("physics", ["ideal", "arm", "contact"])
+def test_a_world_towards_a_goal_starts_where_its_run_starts(physics) -> None:
+    scenario = load_scenario("kettle", physics=physics, seed=3)
+    expected, prepare = scenario.make_world(2)
+    context = expected.CreateDefaultContext()
+    prepare(context)
+    world = build_world(scenario, run=2)
+    for built, wanted in zip(states(world, world.CreateDefaultContext()), states(expected, context), strict=True):
+        np.testing.assert_array_equal(built, wanted)
+    with pytest.raises(InputError, match="kettle has no paths; leave path 'eight' out"):
+        build_world(scenario, path="eight")
+
+
 class Still(Scenario):
     """The car game's objects, without a path to follow."""
 
@@ -63,6 +76,6 @@ class Still(Scenario):
         return {}
 
 
-def test_a_scenario_without_paths_is_refused() -> None:
-    with pytest.raises(InputError, match="car_game does not follow paths"):
+def test_a_scenario_of_neither_kind_is_refused() -> None:
+    with pytest.raises(InputError, match="car_game has neither paths nor a goal"):
         build_world(Still(physics="ideal"))

@@ -9,7 +9,8 @@ from ichain_drake.control.graph.tasks import Mode
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.learning.interaction import InteractionSpec
 from ichain_drake.objects import CameraFrame
-from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, run_graph
+from ichain_drake.scenarios.graph_run import GraphRun, run_graph
+from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
 from ichain_drake.scenarios.water_dispenser import WaterDispenser
 
 GOAL = ["cup.temperature >= 0.4", "cup.water >= 0.3", "keep cup.y within 0.02", "not hand->cup"]

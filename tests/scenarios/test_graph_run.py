@@ -16,17 +16,11 @@ from ichain_drake.learning.interaction import InteractionSpec
 from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.episode import Episode
+from ichain_drake.scenarios.graph_episode import GraphEpisode, look
 from ichain_drake.scenarios.graph_output import classified, flags_of, make_graph_recording, write_graph_pictures
-from ichain_drake.scenarios.graph_run import (
-    GraphEpisode,
-    GraphRun,
-    Knowledge,
-    learn_graph,
-    look,
-    make_goal,
-    make_plan,
-    run_graph,
-)
+from ichain_drake.scenarios.graph_plan import make_goal, make_plan
+from ichain_drake.scenarios.graph_run import GraphRun, run_graph
+from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
 from ichain_drake.scenarios.water_dispenser import WaterDispenser
 
 HOT = ["cup.temperature >= 0.5", "cup.water >= 0.3", "not hand->cup"]
@@ -54,6 +48,7 @@ def test_a_cup_of_warm_water_from_demonstrations_alone(tmp_path: Path) -> None:
     assert cup[5] >= 0.5
     assert report["metrics"]["goal"] == HOT
     assert report["metrics"]["failure_cause"] == ""
+    assert report["metrics"]["cautious"] == {}
     used = {e for step in report["metrics"]["plan"] for e in step["chain"]}
     assert used >= {"hand->power", "power->tank", "tank->cup"}
     assert report["control_steps"] == pytest.approx(report["sim_seconds"] * 3, abs=2)
@@ -76,7 +71,9 @@ def test_a_cup_of_warm_water_from_demonstrations_alone(tmp_path: Path) -> None:
 
 
 def test_no_wire_leads_from_the_truth_to_the_controller() -> None:
-    from ichain_drake.scenarios.graph_run import Executor, GraphController, GraphEpisode
+    from ichain_drake.control.graph.controller import GraphController
+    from ichain_drake.control.graph.executor import Executor
+    from ichain_drake.scenarios.graph_episode import GraphEpisode
 
     world, prepare = scenario().make_world(0)
     k = knowledge()

@@ -19,11 +19,13 @@ from ichain_drake.learning.interaction import InteractionSpec
 from ichain_drake.robot.models import model_parser, resolve_model
 from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.episode import Episode, EpisodeLog
-from ichain_drake.scenarios.graph_run import GraphRun, Knowledge, learn_graph, run_graph
+from ichain_drake.scenarios.graph_run import GraphRun, run_graph
+from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
 from ichain_drake.scenarios.microwave import BUTTON, DOOR, FOOD, HAND, KNOB, Microwave
 from ichain_drake.scenarios.microwave_demonstrations import script_pieces
 from ichain_drake.scenarios.microwave_layout import LAYOUT, MicrowaveStart
 from ichain_drake.scenarios.microwave_teleoperation import OvenTeleoperation
+from ichain_drake.scenarios.mishaps import Mishap
 
 OPEN, IN = LAYOUT.door.travel, LAYOUT.button.travel
 PLACE = (0.755, 0.045)
@@ -104,7 +106,7 @@ def test_the_plants_oven_is_the_layouts() -> None:
     for box in LAYOUT.boxes:
         middle = " ".join(f"{(a + b) / 2:.4g}" for a, b in zip(box[:3], box[3:], strict=True))
         assert f'<origin xyz="{middle}"/>' in text
-    bodies = scenario()._bodies(MicrowaveStart((0.6, -0.2), 0.1, door=0.05))
+    bodies = scenario().bodies(MicrowaveStart((0.6, -0.2), 0.1, door=0.05), Mishap())
     for name, mount in ((DOOR, LAYOUT.door), (BUTTON, LAYOUT.button), (KNOB, LAYOUT.knob)):
         part = MultibodyPlant(0.0)
         model_parser(part).AddModels(resolve_model(bodies[name].file, "test"))
@@ -124,6 +126,39 @@ def test_the_plants_oven_is_the_layouts() -> None:
 def test_settings_that_cannot_be_are_refused(setting: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         Microwave((setting,), "ideal")
+
+
+@pytest.mark.parametrize("kind", ["slip", "knock", "dropout"])
+def test_mishaps_meet_the_food(kind: str) -> None:
+    wrong = Microwave((f"fault.kind={kind}", "mishap.time=[0.5, 0.5]", "noise.scale=0"), "ideal")
+    start = wrong.start(0)
+    hand = OvenTeleoperation(start.hand).take_food(start.food).lift().wait(3)
+    world, prepare = wrong.make_world(0)
+    episode = Episode(world, Commands(hand.commands), prepare)
+    episode.run(3)  # 1 s
+    port, context = world.GetOutputPort(f"{FOOD}.valid"), world.GetMyContextFromRoot(episode.context)
+    assert port.Eval(context)[0] == (kind != "dropout")
+    episode.run(len(hand.commands) - 3)
+    assert port.Eval(context)[0]
+    log = episode.log()
+    food, held = log.states[FOOD], log.active[FOOD][:, wrong.graph.parents(FOOD).index(HAND)] > 0.5
+    if kind == "slip":
+        assert held.any()
+        assert not held[-1]
+        assert food[-1][2] == pytest.approx(food[0][2], abs=1e-6)
+    elif kind == "knock":
+        assert not held.any()  # it is no longer where it was seen
+        assert np.linalg.norm(food[-1][:2] - food[0][:2]) == pytest.approx(wrong.config.mishap.knock)
+    else:
+        assert held[-1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"), [("slip", "in contact the plant alone moves things"), ("stiff", "has no fault 'stiff'")]
+)
+def test_mishaps_that_cannot_be_are_refused(kind: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Microwave((f"fault.kind={kind}",), "contact")
 
 
 def test_the_hand_finds_its_way_in_only_where_it_left_the_door_open() -> None:

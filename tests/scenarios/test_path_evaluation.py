@@ -55,6 +55,14 @@ def test_a_shortened_piece_has_so_many_transitions_and_no_row_more():
     assert len(shorten(free, 4)) == 5
 
 
+def test_a_method_at_one_number_of_samples():
+    scenario = load_scenario("car_game", ["path.speed=60"], "ideal", 0)
+    found = evaluate_paths(scenario, ["path.speed=60"], 1, ["default@100"])
+    assert {(r["method"], r["samples"]) for r in found["rows"]} == {("default", 100)}
+    with pytest.raises(InputError, match="no method 'default@77'; .* default@50, default@100"):
+        check_evaluation(scenario, 1, ["default@77"], 1)
+
+
 def test_what_is_refused():
     scenario = load_scenario("car_game", (), "ideal", 0)
     check_evaluation(scenario, 1, METHODS, 1)

@@ -9,7 +9,9 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.learning.interaction import InteractionSpec
 from ichain_drake.scenarios import load_scenario
-from ichain_drake.scenarios.graph_run import learn_graph, look, make_plan
+from ichain_drake.scenarios.graph_episode import look
+from ichain_drake.scenarios.graph_plan import make_plan
+from ichain_drake.scenarios.knowledge import learn_graph
 from ichain_drake.scenarios.two_dispensers import MACHINES, TwoDispensers
 
 

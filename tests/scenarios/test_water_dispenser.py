@@ -268,7 +268,7 @@ def test_bad_settings_are_refused() -> None:
         WaterDispenser(("mishap.stiffness=0",), "ideal")
     with pytest.raises(InputError, match="there is no key 'spil'"):
         WaterDispenser(("mishap.spil=0",), "ideal")
-    with pytest.raises(InputError, match="fault.kind slip: in contact the plant alone moves the cup"):
+    with pytest.raises(InputError, match="fault.kind slip: in contact the plant alone moves things"):
         WaterDispenser(("fault.kind=slip",), "contact")
     with pytest.raises(InputError, match="has no fault 'fire'"):
         WaterDispenser(("fault.kind=fire",), "ideal")

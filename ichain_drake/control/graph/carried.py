@@ -20,6 +20,7 @@ class Carried:
 
     Attributes:
         held: object that goes along with the robot, if any.
+        origin: its measured state when it was taken, n_variables numbers; empty if nothing is held.
         left: robot state in which each object that it held was let go of, shape (n_root,).
         seen: what was measured of each of these afterwards, shape (n_variables,).
     """
@@ -27,20 +28,26 @@ class Carried:
     held: str | None = None
     left: Mapping[str, FloatArray] = field(default_factory=dict)
     seen: Mapping[str, FloatArray] = field(default_factory=dict)
+    origin: tuple[float, ...] = ()
 
-    def taken(self, obj: str) -> Carried:
-        """From now on it goes along."""
+    def taken(self, obj: str, state: FloatArray) -> Carried:
+        """From now on it goes along.
+
+        Args:
+            obj: the object.
+            state: what is measured of it, shape (n_variables,).
+        """
         left, seen = ({n: v for n, v in part.items() if n != obj} for part in (self.left, self.seen))
-        return Carried(obj, left, seen)
+        return Carried(obj, left, seen, self.origin if self.held == obj else tuple(state.tolist()))
 
     def let_go(self, root: FloatArray) -> Carried:
         """What was held stays where the robot is, shape (n_root,)."""
         assert self.held is not None
-        return replace(self, held=None, left={**self.left, self.held: np.array(root)})
+        return replace(self, held=None, origin=(), left={**self.left, self.held: np.array(root)})
 
     def slipped(self) -> Carried:
         """What was held is somewhere else."""
-        return replace(self, held=None)
+        return replace(self, held=None, origin=())
 
     def settled(self, obj: str, state: FloatArray) -> Carried:
         """What is measured of it, shape (n_variables,), once it has been let go of."""
@@ -53,10 +60,20 @@ class Carried:
             model: the learned graph.
             now: measured states, shape (n_variables,) each.
         """
-        return {n: v for n, v in self.left.items() if n not in self.seen or not self._moved(model, n, now[n])}
+        return {n: v for n, v in self.left.items() if n not in self.seen or not _moved(model, n, self.seen[n], now[n])}
 
-    def _moved(self, model: GraphModel, obj: str, now: FloatArray) -> bool:
-        space = model.graph.objects[obj].observable
-        off = np.abs(space.difference(now, self.seen[obj]))
-        pose = [v.role is not None and v.role.kind in ("position", "orientation") for v in space.variables]
-        return bool((off > np.maximum(_MOVED * span(model, obj), 5.0 * model.noise[obj]))[pose].any())
+    def stayed(self, model: GraphModel, now: States) -> bool:
+        """Whether what should go along with the robot is still where it was taken: it never went along.
+
+        Args:
+            model: the learned graph.
+            now: measured states, shape (n_variables,) each.
+        """
+        return self.held is not None and not _moved(model, self.held, np.array(self.origin), now[self.held])
+
+
+def _moved(model: GraphModel, obj: str, was: FloatArray, now: FloatArray) -> bool:
+    space = model.graph.objects[obj].observable
+    off = np.abs(space.difference(now, was))
+    pose = [v.role is not None and v.role.kind in ("position", "orientation") for v in space.variables]
+    return bool((off > np.maximum(_MOVED * span(model, obj), 5.0 * model.noise[obj]))[pose].any())

@@ -13,6 +13,7 @@ from ichain_drake.control.graph.tasks import DONE, Answer, Failed, Mode, Task, V
 from ichain_drake.control.graph.travel import jumping
 from ichain_drake.state import FloatArray
 
+_UNSHOWN = 0.05  # size of a motion that was not shown, as a share of that of others
 _CORRECTED = 5  # ticks after which a carried object is looked at anew
 
 
@@ -85,12 +86,17 @@ class Carry(Task):
         return space.difference(full, state)[index]  # type: ignore[attr-defined]
 
     def _linearized(self, view: View, now: States, wanted: FloatArray) -> FloatArray:
-        """The least motion of the robot that makes a change, by the forward model's slope where it is."""
+        """The least motion of the robot that makes a change, by the forward model's slope where it is.
+
+        Motions that were never shown while the interaction was active count for more than others: the model can't know
+        much about them, and the interaction may not last.
+        """
         assert self.edge is not None
         space = view.model.graph.objects[view.model.graph.root].observable
         real = np.flatnonzero(~jumping(space))
         asked = np.flatnonzero(np.isfinite(wanted))
-        size = np.maximum(view.model.step_limit[view.model.graph.root][real], 1e-9)
+        shown = np.where(view.model.edges[self.edge].active_step > 0, 1.0, _UNSHOWN)
+        size = np.maximum(shown * view.model.step_limit[view.model.graph.root], 1e-9)[real]
         probes = np.repeat(view.command[None], len(real) + 1, axis=0)
         probes[np.arange(len(real)), real] += size
         states = {n: np.repeat(np.asarray(v)[None], len(probes), axis=0) for n, v in now.items()}

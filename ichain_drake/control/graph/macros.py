@@ -165,7 +165,7 @@ def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
     now = {n: v.copy() for n, v in batch.items()}
     status = None
     for tick in range(ticks):
-        now, status = model.step(now, batch[model.graph.root], status if tick % _RECHECK > 1 else None)
+        now, status = model.step(now, batch[model.graph.root], status if tick % _RECHECK > 1 else None, strict=False)
     return {n: model.graph.objects[n].observable.difference(now[n], batch[n]) for n in batch}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -48,6 +48,9 @@ class LearnedEdge(Protocol):
 
     @property
     def examples(self) -> EdgeSamples: ...  # noqa: D102
+
+    @property
+    def active_step(self) -> FloatArray: ...  # noqa: D102 - of the parent while active, 0 where it only stood
 
     @property
     def alignment(self) -> Any: ...  # noqa: D102 - how the child's position goes with the parent's, or None
@@ -117,8 +120,21 @@ class GraphModel(Protocol):
         states: Mapping[str, FloatArray],
         root_next: ArrayLike,
         active: Mapping[Interaction, ArrayLike] | None = None,
+        *,
+        strict: bool = True,
     ) -> tuple[dict[str, FloatArray], dict[Interaction, BoolArray]]:
-        """States and status one tick later, with the root at `root_next` then."""
+        """States and status one tick later, with the root at `root_next` then.
+
+        A planner is not `strict` about cycles of active interactions: one odd row of hundreds must not end a search.
+        """
+        ...
+
+    def customary(self, edge: Interaction) -> tuple[str, ...]:
+        """What always held while an interaction was active, in words, without being known to matter."""
+        ...
+
+    def cautious(self, edges: Collection[Interaction]) -> GraphModel:
+        """The same model, in which some interactions are active only under their customary conditions."""
         ...
 
 

@@ -82,6 +82,7 @@ class Plan:
         ticks: predicted duration.
         expansions, rollouts: effort of the search.
         seconds: duration of the search [s].
+        cautious: interactions that it uses only as they were shown, beside what their classifiers ask for.
     """
 
     steps: tuple[PlanStep, ...]
@@ -89,6 +90,7 @@ class Plan:
     expansions: int = 0
     rollouts: int = 0
     seconds: float = 0.0
+    cautious: tuple[Interaction, ...] = ()
 
 
 @dataclass(frozen=True)

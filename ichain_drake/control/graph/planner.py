@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import networkx as nx
@@ -13,7 +13,9 @@ from ichain_drake.control.graph.goals import gap, impossible, value_of
 from ichain_drake.control.graph.macros import find_carries, find_drives
 from ichain_drake.control.graph.model import GraphModel, span
 from ichain_drake.control.graph.plan import Goal, NoPlan, Plan, States
-from ichain_drake.control.graph.search import Node, Search, SearchSettings
+from ichain_drake.control.graph.search import Search, SearchSettings
+from ichain_drake.control.graph.search_node import Node
+from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
 __all__ = ["GraphPlanner", "SearchSettings"]
@@ -32,18 +34,27 @@ class GraphPlanner:
         self.settings = settings or SearchSettings()
         self.carries = find_carries(model)
         self.drives = find_drives(model, self.carries)
+        self._observed = model
+        self._cautious: dict[tuple[Interaction, ...], GraphPlanner] = {}
 
-    def plan(self, start: States, goal: Goal) -> Plan | NoPlan:
+    def plan(self, start: States, goal: Goal, cautious: Collection[Interaction] = ()) -> Plan | NoPlan:
         """Find a plan.
 
         Args:
             start: measured states, shape (n_variables,) each.
             goal: ranges wanted at the same time.
+            cautious: interactions to be used only as they were shown, under their customary conditions; if there is
+                no such plan, they are used as without.
 
         Returns:
             A plan, empty if the goal is met, or why there is none.
         """
         began = time.perf_counter()
+        shown = tuple(e for e in self.model.graph.interactions if e in cautious and self.model.customary(e))
+        if shown:
+            careful = self._keeping_to(shown).plan(start, goal)
+            if isinstance(careful, Plan):
+                return replace(careful, cautious=shown, seconds=time.perf_counter() - began)
         known = {n: np.asarray(start[n], dtype=float) for n in self.model.graph.objects}
         refused = impossible(goal, self.model, known)
         if refused is not None:
@@ -53,6 +64,14 @@ class GraphPlanner:
         if isinstance(found, NoPlan):
             return found
         return Plan(found.steps, found.ticks, effort[0], effort[1], time.perf_counter() - began)
+
+    def _keeping_to(self, shown: tuple[Interaction, ...]) -> GraphPlanner:
+        """A planner with the customary conditions of some interactions; what is active now is seen without them."""
+        if shown not in self._cautious:
+            careful = GraphPlanner(self.model.cautious(shown), self.settings)
+            careful._observed = self.model
+            self._cautious[shown] = careful
+        return self._cautious[shown]
 
     def _in_stages(self, start: Mapping[str, FloatArray], goal: Goal, effort: list[int]) -> Node | NoPlan:
         """One object's conditions after the other, nearest first, without spoiling what holds; else all at once."""
@@ -81,9 +100,13 @@ class GraphPlanner:
     def _search(
         self, start: Mapping[str, FloatArray], goal: Goal, objects: frozenset[str] | None, effort: list[int]
     ) -> Node | NoPlan:
+        active, root = self._observed.active(start), self.model.graph.root
+        touching = tuple(e for e in self.model.graph.interactions if e.parent == root and bool(active[e]))
+        if objects is not None:  # what is held has to be put down first, whatever it is
+            objects |= {c.edge.child for c in self.carries if c.edge in touching}
         carries = [c for c in self.carries if objects is None or c.edge.child in objects]
         drives = [d for d in self.drives if objects is None or d.chain[-1].child in objects]
-        search = Search(self.model, self.settings, (carries, drives), start, goal, objects)
+        search = Search(self.model, self.settings, (carries, drives), start, goal, objects, touching)
         found = search.run()
         effort[0] += search.expansions
         effort[1] += search.rollouts

@@ -19,6 +19,7 @@ from ichain_drake.control.graph.macros import Carry, Drive
 from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, row, span, stack, take
 from ichain_drake.control.graph.places import carry_targets
 from ichain_drake.control.graph.plan import Condition, Goal, NoPlan, PlanStep
+from ichain_drake.control.graph.search_node import Node, cheaper, mark_of
 from ichain_drake.control.graph.simulate import Outcome, settle, simulate
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
@@ -26,8 +27,6 @@ from ichain_drake.state import FloatArray
 _NOISES = 3.0  # that a goal is to be met by, where it can be
 _MARGIN = 0.05  # of the demonstrated range, the same
 _SHARE = 0.25  # of a range, at most
-_ALIKE = 1.2
-_DIGITS = 6
 _SWITCH_TICKS = 20  # to reach an object and take it, or press it, and to let go
 
 
@@ -48,31 +47,6 @@ class SearchSettings:
     expansions: int = 240
 
 
-@dataclass(frozen=True, eq=False)
-class Node:
-    """A predicted state and the steps to it.
-
-    Attributes:
-        states: predicted, shape (n_variables,) each.
-        steps: that lead there.
-        ticks: that they take.
-        unmet: indices of unmet conditions.
-        held: the interaction by which an object is held at the start.
-        open: indices of unmet conditions whose landmarks are not met either.
-        rank: see `Novelty`.
-        mark: breaks ties.
-    """
-
-    states: Batch
-    steps: tuple[PlanStep, ...]
-    ticks: int
-    unmet: tuple[int, ...]
-    held: Interaction | None = None
-    open: tuple[int, ...] = ()
-    rank: int = 0
-    mark: tuple[float, ...] = ()
-
-
 class Search:
     """One search.
 
@@ -82,7 +56,8 @@ class Search:
         macros: what can be done.
         start: states, shape (n_variables,) each.
         goal: what is wanted.
-        objects: those whose states tell states of the search apart; default: all.
+        objects: those whose states tell states of the search apart; None for all.
+        touching: interactions of the robot that are active at the start.
     """
 
     def __init__(
@@ -92,7 +67,8 @@ class Search:
         macros: tuple[Sequence[Carry], Sequence[Drive]],
         start: Mapping[str, FloatArray],
         goal: Goal,
-        objects: Collection[str] | None = None,
+        objects: Collection[str] | None,
+        touching: tuple[Interaction, ...],
     ) -> None:
         self.model, self.settings = model, settings
         self.carries, self.drives = macros
@@ -104,10 +80,8 @@ class Search:
         self.closed: set[tuple[object, ...]] = set()
         self.nearest = Nearest(self.model, goal, start)
         self.start = dict(start)
-        active = self.model.active(start)
-        on = [e for e in self.model.graph.interactions if e.parent == self.model.graph.root and bool(active[e])]
-        self.touching = tuple(on)
-        self.parked = self._parked(bool(on))
+        self.touching = touching
+        self.parked = self._parked(bool(touching))
 
     def _parked(self, busy: bool) -> FloatArray:
         """A state of the robot in which it acts on nothing: where it is, or where it was in a demonstration."""
@@ -146,7 +120,7 @@ class Search:
                 if not bad and not unmet_conditions(self.goal.conditions, c.states, self.model)
             ]
             if done:
-                return min(done, key=lambda n: (len(n.unmet), n.ticks, _mark(n)))
+                return min(done, key=lambda n: (len(n.unmet), n.ticks, mark_of(n)))
             queue = sorted([*reserve, *children], key=lambda n: (n.rank, len(n.unmet) + len(n.open), n.ticks, n.mark))
             queue = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
             layer, reserve = queue[: self.settings.width], queue[self.settings.width :]
@@ -171,10 +145,10 @@ class Search:
             key = self._key(node)
             if key in self.closed:
                 continue
-            if key not in kept or _cheaper(node, kept[key]):
+            if key not in kept or cheaper(node, kept[key]):
                 kept[key] = node
         self.closed |= set(kept)
-        ordered = sorted((replace(n, mark=_mark(n)) for n in kept.values()), key=lambda n: (n.ticks, n.mark))
+        ordered = sorted((replace(n, mark=mark_of(n)) for n in kept.values()), key=lambda n: (n.ticks, n.mark))
         return [replace(n, rank=self.novelty.rank(n.states, (*n.unmet, -1, *n.open))) for n in ordered]
 
     def _carried(self, layer: Sequence[Node]) -> list[Node]:
@@ -182,7 +156,7 @@ class Search:
         for carry in self.carries:
             nodes = [n for n in layer if n.held in (None, carry.edge)]
             free = can_hold(self.model, carry.edge, [n.states for n in nodes])
-            nodes = [n for n, ok in zip(nodes, free, strict=True) if ok]
+            nodes = [n for n, ok in zip(nodes, free, strict=True) if ok or n.held is not None]
             targets = carry_targets(self.model, carry, [n.states for n in nodes], self.start, self.surer)
             moves += [(n, carry, t) for n, places in zip(nodes, targets, strict=True) for t in places]
         if not moves:
@@ -256,23 +230,6 @@ class Search:
     def _stop(self, batch: Batch) -> BoolArray:
         met = [gap(c, value_of(c, batch, self.model.graph)) == 0 for c in self.surer]
         return np.stack(met, axis=1) if met else np.zeros((len(batch[self.model.graph.root]), 0), dtype=bool)
-
-
-def _mark(node: Node) -> tuple[float, ...]:
-    """Numbers of a node's steps that depend on no name and no order of objects or variables: they break ties."""
-    out: list[float] = []
-    for step in node.steps:
-        out += [float(step.ticks), float(len(step.chain))]
-        out += sorted(round(float(x), _DIGITS) for v in step.predicted.values() for x in v)
-    return tuple(out)
-
-
-def _cheaper(one: Node, other: Node) -> bool:
-    """Whether a way to the same state is shorter; of nearly equal ones, that which watches more interactions."""
-    mine, theirs = len(one.steps[-1].chain), len(other.steps[-1].chain)
-    if len(one.steps) == len(other.steps) and mine != theirs:
-        return one.ticks <= _ALIKE * other.ticks if mine > theirs else one.ticks * _ALIKE < other.ticks
-    return (one.ticks, _mark(one)) < (other.ticks, _mark(other))
 
 
 def _inside(condition: Condition, model: GraphModel) -> Condition:

@@ -67,7 +67,7 @@ def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, 
     now = {**batch, root: np.repeat(parked[None], len(batch[root]), axis=0)}
     status: dict[Interaction, BoolArray] = {}
     for _ in range(_SETTLE_TICKS):
-        now, status = model.step(now, now[root])
+        now, status = model.step(now, now[root], strict=False)
     for n in model.passive:
         now[n][:, is_change(model, n)] = 0.0
     return now, status
@@ -158,7 +158,7 @@ class _Run:
             hot = np.flatnonzero(going)
             classify = step < begin or step % _RECHECK == 0
             forced = None if classify else {e: a[hot] for e, a in status.items()}
-            ahead, found = self.model.step(take(self.now, hot), root[hot], forced)
+            ahead, found = self.model.step(take(self.now, hot), root[hot], forced, strict=False)
             if classify:
                 status = {e: np.zeros(self.n, dtype=bool) for e in found}
                 for e, a in found.items():
@@ -257,7 +257,7 @@ class _Run:
             on = np.flatnonzero(self.ramp[pick] > step)
             share = ((step + 1) / self.ramp[pick[on]])[:, None]
             back = self.hold[pick[on]] + share * (self.first[pick[on]] - self.hold[pick[on]])
-            now, _ = self.model.step(take(out, on), back)
+            now, _ = self.model.step(take(out, on), back, strict=False)
             for n, v in now.items():
                 out[n][on] = v
         for k, r in enumerate(rows):

@@ -20,6 +20,8 @@ from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
 DONE = "done"
+LOOK_TICKS = 4
+"""Ticks of averaging before planning and after a step."""
 
 
 class Mode(IntEnum):

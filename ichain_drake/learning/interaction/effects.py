@@ -18,6 +18,9 @@ from ichain_drake.learning.interaction.regression import choose_regression
 from ichain_drake.learning.interaction.spec import InteractionSpec
 from ichain_drake.state import FloatArray, StateSpace
 
+MOVING = 1.5
+"""Noises of a difference that a motion must have, root mean square, to be one."""
+
 _AT_BOUND = 3.0  # noises
 _EMPTY = 15.0  # noises: what one tick brings to less is one noise divided by another
 _LEAST_ALONE = 24  # rows in which no other interaction acts
@@ -105,7 +108,14 @@ def learn_effects(
     """
     edges = data.incoming(child)
     rows = {e: _collect(data, e) for e in edges}
-    columns = {e: candidate_columns(data, e, alignments[e], noise) for e in edges}
+    columns = {
+        e: [
+            c
+            for c in candidate_columns(data, e, alignments[e], noise)
+            if _shows(c, rows[e], data.spaces[e.parent], noise[e.parent])
+        ]
+        for e in edges
+    }
     found: dict[Interaction, list[Effect]] = {e: [] for e in edges}
     for i, v in enumerate(passive.variables):
         if v.kind == "change":
@@ -125,6 +135,23 @@ def learn_effects(
         for e, effect in effects.items():
             found[e].append(effect)
     return {e: tuple(effects) for e, effects in found.items()}
+
+
+def _shows(column: Column, rows: _Rows, space: StateSpace, noise: FloatArray) -> bool:
+    """Whether an input that is a motion of the parent is more than what readings of a parent at rest give.
+
+    A hand that turns a knob where it is moves by its noise alone, which explains nothing: some of it will always seem
+    to, and a controller would then move the hand away to turn the knob.
+    """
+    if column.source == "aligned_change":
+        assert column.alignment is not None
+        index = list(column.alignment.parent.indices)
+    elif column.source == "parent_change" and space.variables[column.index].kind in ("real", "angle"):
+        index = [column.index]
+    else:
+        return True
+    moved = float(np.sqrt(np.mean(column(rows.parent, rows.parent_next, rows.child) ** 2)))
+    return moved >= MOVING * np.sqrt(2.0) * float(noise[index].max())
 
 
 def _overlapping(rows: _Rows, effects: Mapping[Interaction, Effect]) -> bool:

@@ -11,8 +11,9 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.interaction.alignment import learn_alignment
+from ichain_drake.learning.interaction.customary import learn_customary
 from ichain_drake.learning.interaction.data import GraphData, collect
-from ichain_drake.learning.interaction.effects import Effect, learn_effects
+from ichain_drake.learning.interaction.effects import MOVING, Effect, learn_effects
 from ichain_drake.learning.interaction.events import collect_examples
 from ichain_drake.learning.interaction.model import InteractionModel
 from ichain_drake.learning.interaction.noise import measurement_std
@@ -54,13 +55,16 @@ def _learn(pieces: Sequence[Demonstration], graph: InteractionGraph, spec: Inter
     edges = {}
     for e in graph.interactions:
         seen = data.stacked(e.parent)[data.flag(e)]
+        status = learn_status(data, e, alignments, spec, noise, {f.variable for f in effects[e]})
         edges[e] = LearnedInteraction(
-            learn_status(data, e, alignments, spec, noise, {f.variable for f in effects[e]}),
+            status,
+            learn_customary(data, e, alignments, status, noise),
             effects[e],
             alignments[e],
             collect_examples(data, e),
             seen.min(axis=0),
             seen.max(axis=0),
+            _active_step(data, e, noise[e.parent]),
         )
     return InteractionModel(
         graph=graph,
@@ -74,6 +78,20 @@ def _learn(pieces: Sequence[Demonstration], graph: InteractionGraph, spec: Inter
         pieces=tuple(p.name for p in pieces),
         wall_seconds=time.perf_counter() - started,
     )
+
+
+def _active_step(data: GraphData, edge: Interaction, noise: FloatArray) -> FloatArray:
+    """Largest change of the parent in a tick while an interaction is active, shape (n_parent,); 0 where it is noise."""
+    space = data.spaces[edge.parent]
+    steps = [
+        space.difference(s[1:], s[:-1])[f[1:] & f[:-1]]
+        for s, f in ((p.states[edge.parent], p.flags[edge]) for p in data.pieces)
+    ]
+    changes = np.abs(np.vstack(steps))
+    if not len(changes):
+        return np.zeros(len(space))
+    moves = np.sqrt(np.mean(changes**2, axis=0)) >= MOVING * np.sqrt(2.0) * noise
+    return np.where(moves, changes.max(axis=0), 0.0)
 
 
 def _step_limit(data: GraphData, obj: str) -> FloatArray:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ichain_drake.errors import InputError
+from ichain_drake.errors import ActiveCycleError, InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.interaction.batch import flatten, forced_status
 from ichain_drake.learning.interaction.passive import PassiveDynamics
 from ichain_drake.learning.interaction.tick import LearnedInteraction, advance, effects_of
 from ichain_drake.state import FloatArray
+from ichain_drake.timing import TICK
 
 BoolArray = NDArray[np.bool_]
 States = Mapping[str, FloatArray]
@@ -97,6 +99,9 @@ class InteractionModel:
         root_next: ArrayLike,
         active: Status | None = None,
         previous: Status | None = None,
+        time: float | None = None,
+        *,
+        strict: bool = True,
     ) -> tuple[dict[str, FloatArray], dict[Interaction, BoolArray]]:
         """One tick.
 
@@ -109,9 +114,15 @@ class InteractionModel:
             root_next: state of the root at t + 1, shape (..., n_root).
             active: status to take as given, for some interactions.
             previous: status at t, for some interactions.
+            time: at the tick's end, named in the error [s].
+            strict: whether to refuse a cycle of active interactions; else each sees what the others were before.
 
         Returns:
             The states at t + 1, and the status of every interaction at t + 1, shape (...).
+
+        Raises:
+            InputError: if a state is missing or has a wrong length.
+            ActiveCycleError: if interactions that are active at t + 1 form a cycle.
         """
         every = tuple(self.graph.objects)
         joined = {**states, "": np.asarray(root_next, dtype=float)}
@@ -130,6 +141,8 @@ class InteractionModel:
                     after[child] = advance(
                         self.edges, self._incoming[child], self.passive[child], rows, after, forced, before, on
                     )
+        if strict:
+            self._refuse_cycles(on, time)
         return (
             {name: after[name].reshape(*shape, -1) for name in every},
             {e: on[e].reshape(shape) for e in self.graph.interactions},
@@ -148,13 +161,16 @@ class InteractionModel:
 
         Returns:
             States, shape (n_ticks + 1, ..., n_variables) each with the start, and status, shape (n_ticks, ...).
+
+        Raises:
+            InputError, ActiveCycleError: as `step`.
         """
         path = np.asarray(root_path, dtype=float)
         now: dict[str, FloatArray] = {n: np.asarray(states[n], dtype=float) for n in self.graph.objects}
         trace, status = [now], []
         known = previous
-        for root_next in path:
-            now, known = self.step(now, root_next, active, known)
+        for tick, root_next in enumerate(path, start=1):
+            now, known = self.step(now, root_next, active, known, tick * TICK)
             trace.append(now)
             status.append(known)
         start = {n: np.broadcast_to(trace[0][n], trace[-1][n].shape) for n in self.graph.objects}
@@ -175,6 +191,22 @@ class InteractionModel:
                 variance[i] = variance[v.amount] + self.noise[child][i] ** 2
         return np.sqrt(variance)
 
+    def customary(self, edge: Interaction) -> tuple[str, ...]:
+        """What always held while an interaction was active, in words, without being known to matter; see `Customary`.
+
+        Raises:
+            InputError: if there is no such interaction.
+        """
+        return self._edge(edge).customary.labels
+
+    def cautious(self, edges: Collection[Interaction]) -> InteractionModel:
+        """The same model, in which some interactions are active only under their customary conditions.
+
+        Raises:
+            InputError: if there is no such interaction.
+        """
+        return replace(self, edges={**self.edges, **{e: self._edge(e).cautious() for e in edges}})
+
     def report(self) -> dict[str, object]:
         """Figures and warnings of every model; see `report`."""
         from ichain_drake.learning.interaction.report import report  # noqa: PLC0415 - it describes this class
@@ -190,6 +222,22 @@ class InteractionModel:
         if len(members) == 1:
             return members
         return tuple(sorted(members, key=lambda n: (len(self.graph.chain(n)), self.order.index(self._incoming[n][0]))))
+
+    @cached_property
+    def _cycles(self) -> list[list[Interaction]]:
+        rings = nx.simple_cycles(self.graph.digraph)
+        return [[Interaction(a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)] for ring in rings]
+
+    def _refuse_cycles(self, on: Mapping[Interaction, BoolArray], time: float | None) -> None:
+        for ring in self._cycles:
+            rows = np.flatnonzero(np.all([on[e] for e in ring], axis=0))
+            if len(rows):
+                when = "" if time is None else f" at t = {time:.3f} s"
+                where = "" if len(on[ring[0]]) == 1 else f" in row {rows[0]}"
+                names = ", ".join(e.name for e in ring)
+                raise ActiveCycleError(
+                    f"active interactions form a cycle{when}{where}: {names}; deactivate one of them"
+                )
 
     def _around(self, child: str) -> tuple[str, ...]:
         return (child, *self.graph.parents(child))

@@ -66,6 +66,7 @@ def _edge(model: InteractionModel, edge: Interaction, learned: LearnedInteractio
             "samples": status.samples,
             "positives": status.positives,
             "columns": [i.label for i in status.inputs],
+            "customary": list(learned.customary.labels),
             "estimator": status.estimator,
             "margin": status.margin,
             "f1": status.score,

@@ -111,7 +111,7 @@ def learn_status(
     truth, piece = data.flag(edge), data.piece_index()
     ends, others = candidate_inputs(data, edge, alignments)
     values = {id(i): i(states) for i in (*ends, *others)}
-    floors = {id(i): _noise_of(i, noise) for i in (*ends, *others)}
+    floors = {id(i): input_noise(i, noise) for i in (*ends, *others)}
     fold = interleaved_blocks(piece, _FOLDS)
     # How the rows happen to fall into folds must not choose: several ways of cutting blocks vote.
     cuts = [interleaved_blocks(piece, _FOLDS, length) for length in _BLOCKS]
@@ -158,7 +158,7 @@ def learn_status(
     )
 
 
-def _noise_of(item: StatusInput, noise: Mapping[str, FloatArray]) -> FloatArray:
+def input_noise(item: StatusInput, noise: Mapping[str, FloatArray]) -> FloatArray:
     """Noise of an input's columns, shape (n_columns,)."""
     if isinstance(item, ValueInput):
         return noise[item.obj][[item.index]]

@@ -77,6 +77,13 @@ class DifferenceInput:
 StatusInput = ValueInput | PlaceInput | RelativeInput | DifferenceInput
 
 
+def objects_of(item: StatusInput) -> tuple[str, ...]:
+    """Objects that an input looks at."""
+    if isinstance(item, RelativeInput):
+        return item.edge.parent, item.edge.child
+    return (item.parent, item.child) if isinstance(item, DifferenceInput) else (item.obj,)
+
+
 def frame_turns(data: GraphData, alignments: Mapping[Interaction, Alignment | None]) -> dict[str, FloatArray]:
     """For each frame how its coordinates turn into the root's: `p_root = p_frame @ turn` (rows)."""
     turns: dict[str, FloatArray] = {}

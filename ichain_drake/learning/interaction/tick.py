@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.interaction.alignment import Alignment
+from ichain_drake.learning.interaction.customary import CautiousStatus, Customary
 from ichain_drake.learning.interaction.data import BoolArray
 from ichain_drake.learning.interaction.effects import Effect
 from ichain_drake.learning.interaction.events import EdgeExamples
@@ -23,22 +24,31 @@ class LearnedInteraction:
 
     Attributes:
         status: when it is active.
+        customary: what else always held when it was; see `Customary`.
         effects: what it does to the child's variables while it is.
         alignment: how the child's position goes with the parent's, where it does.
         examples: its (de)activations in the demonstrations.
         active_low, active_high: range of the parent's states while active, shape (n_parent,).
+        active_step: largest change of the parent in a tick while active, shape (n_parent,); 0 where there was none but
+            noise.
     """
 
     status: StatusModel
+    customary: Customary
     effects: tuple[Effect, ...]
     alignment: Alignment | None
     examples: EdgeExamples
     active_low: FloatArray
     active_high: FloatArray
+    active_step: FloatArray
 
     def affects(self, variable: int) -> bool:
         """Whether it changes a variable of the child."""
         return any(e.variable == variable for e in self.effects)
+
+    def cautious(self) -> LearnedInteraction:
+        """The same, but active only under the customary conditions too."""
+        return replace(self, status=CautiousStatus.of(self.status, self.customary))
 
 
 def advance(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ichain_drake.errors import InputError
 from ichain_drake.learning.library.files import is_graph_name, library_entries, link_folder, link_folders
@@ -21,6 +22,7 @@ class LinkSummary:
         parent, child: their variables with units, such as `hand: x [m], y [m]`.
         interaction, source: the interaction's name where it was learned, and the scenario.
         targets: the child's variables that its inverse models bring about.
+        positions: what the parent's positions are relative to.
         forward, inverses: estimators with features, action and aim.
         forward_score, inverse_score: cross-validated coefficient of determination; of the inverses the best.
         samples: transitions that the forward model was fitted to.
@@ -36,6 +38,7 @@ class LinkSummary:
     interaction: str
     source: str
     targets: tuple[str, ...]
+    positions: str
     forward: str
     inverses: tuple[str, ...]
     forward_score: float
@@ -95,6 +98,7 @@ def _summary(saved: SavedLink) -> LinkSummary:
         fields["interaction"],
         fields["source"],
         tuple(fields["targets"]),
+        _positions(fields),
         f"{forward['estimator']}, features {forward['features']}, action {forward['action']}",
         tuple(f"{i['estimator']}, features {i['features']}, aim {i['aim']}, action {i['action']}" for i in inverses),
         forward["score"],
@@ -105,3 +109,11 @@ def _summary(saved: SavedLink) -> LinkSummary:
         fields["demonstrations_sha256"],
         sum(len(data) for data in saved.files.values()),
     )
+
+
+def _positions(fields: Mapping[str, Any]) -> str:
+    origin = fields["origin"]
+    if origin is None:
+        return "as they come"
+    place = ", ".join(f"{v:g}" for v in origin["position"])
+    return f"relative to the {fields['child']['type']}'s declared origin in frame {origin['frame']!r}, then at {place}"

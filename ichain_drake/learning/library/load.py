@@ -43,7 +43,9 @@ def load_link(
     parent, child = _spaces(graph, edge)
     saved = SavedLink.read(folder)
     saved.check_fit(parent, child, [child.names[i] for i in targets])
-    return saved.link(edge, parent, child), saved.command(parent)
+    origin = graph.origin_for(edge)
+    saved.check_origin(edge, origin)
+    return saved.link(edge, parent, child, origin), saved.command(parent, origin)
 
 
 def load_links(
@@ -90,10 +92,13 @@ def load_command(library: Path, graph: InteractionGraph, names: Sequence[str]) -
     Raises:
         InputError: if that link is damaged, or for another robot; see `load_link`.
     """
-    parent, child = _spaces(graph, Interaction(names[0], names[1]))
+    edge = Interaction(names[0], names[1])
+    parent, child = _spaces(graph, edge)
     name = link_name(parent.type, child.type)
     if name not in {folder.name for folder in link_folders(library)}:
         return None
     saved = SavedLink.read(library / name)
     saved.check_fit(parent, child, saved.manifest["targets"])
-    return saved.command(parent)
+    origin = graph.origin_for(edge)
+    saved.check_origin(edge, origin)
+    return saved.command(parent, origin)

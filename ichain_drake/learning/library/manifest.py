@@ -1,4 +1,8 @@
-"""The manifest of a saved link: its form, its checksums, and the state spaces that it describes."""
+"""The manifest of a saved link: its form, its checksums, and the state spaces that it describes.
+
+Where `origin` isn't null, the models take the parent's positions in its frame relative to the child's declared origin,
+so that the link serves wherever the child is declared to be; limits of positions are those of where it was.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +21,8 @@ from ichain_drake.learning.library.form import Keyed, Nullable, find_misfit, is_
 from ichain_drake.learning.models import ActionKind
 from ichain_drake.state import Kind, Role, RoleKind, StateSpace, Variable
 
-FORMAT = 1
-"""Version of the format; one more whenever a reader of the earlier one would misread it."""
+FORMAT = 2
+"""Version of the format; one more whenever a reader of the earlier one would misread it. From 2 on with `origin`."""
 
 TIME_CONVENTION = "states at t and t + 1 are one period apart; action next: the parent at t + 1, current: at t"
 
@@ -55,6 +59,7 @@ _FORM = {
     "time": str,
     "parent": SPACE,
     "child": SPACE,
+    "origin": Nullable({"frame": str, "position": _NUMBERS}),
     "targets": [str],
     "forward": _MODEL,
     "inverses": [_MODEL | {"aim": int, "parent_lower": _NUMBERS, "parent_upper": _NUMBERS}],
@@ -155,7 +160,12 @@ def read_manifest(files: Mapping[str, bytes], folder: Path, form: ManifestForm =
             "update ichain_drake or save the link with this version"
         )
     if version is not None and is_form(version, int) and version < form.version:
-        raise InputError(f"{where}: format {version} is unknown; the first is 1: save the link anew")
+        if version < 1:
+            raise InputError(f"{where}: format {version} is unknown; the first is 1: save the link anew")
+        raise InputError(
+            f"{where}: format {version} is older than {form.version}, the only one that this version reads: learn the "
+            "link anew"
+        )
     misfit = find_misfit(content, form.fields)
     if misfit:
         raise refusal(where, *misfit)

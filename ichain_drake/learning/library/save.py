@@ -122,6 +122,7 @@ def save_link(
         "time": TIME_CONVENTION,
         "parent": space_fields(model.parent_space),
         "child": space_fields(model.child_space),
+        "origin": model.origin and {"frame": model.origin.frame, "position": _numbers(model.origin.position)},
         "targets": [model.child_space.names[i] for i in targets.pop()],
         "forward": _model_fields(link.forward, "forward.npz", where),
         "inverses": inverses,
@@ -174,6 +175,7 @@ def save_chain(chain: LearnedChain, folder: Path, source: str, data_hash: str) -
         if link.source != DEMONSTRATIONS:
             saved.append(copy_link(Path(link.source), name, folder))
             continue
-        command = LearnedCommand(chain.command, chain.command_lower, chain.command_upper, chain.hand_limit)
+        limits = (chain.command_lower, chain.command_upper, chain.hand_limit)
+        command = LearnedCommand(chain.command, *limits, chain.command_origin)
         saved.append(save_link(link, folder, source, data_hash, command if i == 0 else None))
     return saved

@@ -41,7 +41,7 @@ _FORM = {
     "files": Keyed(is_weights_name, SHA256),
     "checksums": Keyed(str, SHA256),
 }
-GRAPH = ManifestForm(_FORM, 1, lambda content: [WEIGHTS])
+GRAPH = ManifestForm(_FORM, 2, lambda content: [WEIGHTS])
 
 
 @dataclass(frozen=True)
@@ -189,7 +189,7 @@ class SavedGraph:
             for states in (examples.active, examples.inactive):
                 rows = len(next(iter(states.values()), ()))
                 self._check_shapes(path, states, {n: (rows, k) for n, k in sizes.items()})
-            limits = {"active_low": learned.active_low, "active_high": learned.active_high}
+            limits = {n: getattr(learned, n) for n in ("active_low", "active_high", "active_step")}
             self._check_shapes(path, limits, dict.fromkeys(limits, (sizes[edge.parent],)))
         for edge, window in (
             (e, w) for part in (found.activations, found.deactivations) for e, ws in part.items() for w in ws
@@ -210,16 +210,19 @@ class SavedGraph:
         states = {n: np.stack([model.low[n], 0.5 * (model.low[n] + model.high[n])]) for n in model.graph.objects}
         for edge in model.graph.interactions:
             try:
+                shown = model.edges[edge].customary.fits(states)
                 with np.errstate(all="ignore"):  # what overflows is refused below
                     value = model.decide(edge, states)
                     change = model.effect(edge, states, states[edge.parent])
-                    ahead, _ = model.step(states, states[model.graph.root], {edge: True})
+                    ahead, _ = model.step(states, states[model.graph.root], {edge: True}, strict=False)
                     spread = model.spread(edge.child, [edge])
                 good = all(np.isfinite(a).all() for a in (value, change, spread, *ahead.values()))
             except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # InputError is one
                 raise self._refusal(f"model.edges, {edge.name}", " ".join(str(error).split())[:200]) from None
             if not good:
                 raise self._refusal(f"model.edges, {edge.name}", "it predicts no finite numbers within its own data")
+            if not shown:
+                raise self._refusal(f"model.edges, {edge.name}, customary", "low and high are no ranges of its inputs")
 
     def _refusal(self, path: str, what: str) -> InputError:
         return refusal(str(self.folder / MANIFEST), path, what)

@@ -106,13 +106,15 @@ def test_an_execution_says_what_it_holds_and_where_it_let_go() -> None:
 def test_what_slipped_or_was_moved_is_no_longer_where_the_robot_left_it() -> None:
     model, world = learned()[0], fresh()
     now, root = readings(world), np.array([0.3, 0.1, 0.0, 1.0])
-    left = Carried().taken("box").let_go(root)
+    left = Carried().taken("box", now["box"]).let_go(root)
     np.testing.assert_array_equal(left.standing(model, now)["box"], root)
     seen = left.settled("box", now["box"])
     assert list(seen.standing(model, now)) == ["box"]
     pushed = now | {"box": now["box"] + np.eye(len(now["box"]))[0] * 0.2}
     assert seen.standing(model, pushed) == {}
-    assert seen.taken("box") == Carried("box")
+    held = seen.taken("box", now["box"])
+    assert held == Carried("box", origin=tuple(now["box"]))
+    assert held.taken("box", now["box"] + 1.0) == held  # where it was when it was taken, not on the way
     assert Carried("box").slipped() == Carried()
     assert Carried().settled("box", now["box"]) == Carried()
 

@@ -60,7 +60,7 @@ class ToyModel:
     def effect(self, edge, states, parent_next):
         return self.acts[edge](states[edge.parent], np.asarray(parent_next), states[edge.child])
 
-    def step(self, states, root_next, active=None):
+    def step(self, states, root_next, active=None, *, strict=True):
         after, on = {self.graph.root: np.array(root_next, dtype=float)}, {}
         for child in self.passive:
             now, space = states[child], self.graph.objects[child].observable

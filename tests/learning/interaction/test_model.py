@@ -1,12 +1,14 @@
 """The learned model in batches, with forced status, and its inverse."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_world import FLOW, GRAPH, states_of
 
 from ichain_drake.demonstrations import Demonstration
-from ichain_drake.errors import InputError
-from ichain_drake.graph import Interaction
+from ichain_drake.errors import ActiveCycleError, InputError
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.interaction import InteractionModel, invert, wanted_change
 from ichain_drake.state import FloatArray
 
@@ -122,6 +124,31 @@ def test_an_inverse_keeps_to_one_tick_unless_told(model: InteractionModel, demon
 def test_nothing_makes_what_no_interaction_affects(model: InteractionModel, states: dict[str, FloatArray]) -> None:
     one = {n: s[0] for n, s in states.items()}
     assert invert(model, "tap", wanted_change(GRAPH.objects["tap"], heat=0.1), one) == ()
+
+
+def test_a_cycle_of_active_interactions_is_refused_with_its_edges_and_the_time(
+    model: InteractionModel, states: dict[str, FloatArray]
+) -> None:
+    back = Interaction("lamp", "valve")
+    graph = InteractionGraph(GRAPH.objects, [*GRAPH.interactions, back])
+    ring = replace(
+        model, graph=graph, edges=model.edges | {back: replace(model.edges[LIGHT], effects=())},
+        order=(*model.order, back),
+    )  # fmt: skip
+    three = {n: s[:3] for n, s in states.items()}
+    once = {LIGHT: True, back: np.array([False, False, True])}
+    edges = r"(valve->lamp, lamp->valve|lamp->valve, valve->lamp); deactivate one of them"
+    with pytest.raises(ActiveCycleError, match=rf"form a cycle at t = 2\.500 s in row 2: {edges}"):
+        ring.step(three, three["hand"], once, time=2.5)
+    one = {n: s[0] for n, s in states.items()}
+    with pytest.raises(ActiveCycleError, match=rf"form a cycle at t = 0\.333 s: {edges}"):
+        ring.rollout(one, one["hand"][None], {LIGHT: True, back: True})
+    with pytest.raises(ActiveCycleError, match=rf"form a cycle: {edges}"):
+        ring.step(one, one["hand"], {LIGHT: True, back: True})
+    after, active = ring.step(three, three["hand"], once, strict=False)
+    assert active[back].tolist() == [False, False, True]
+    assert np.isfinite(after["lamp"]).all()
+    assert not ring.step(three, three["hand"], {LIGHT: True, back: False})[1][back].any()
 
 
 def test_bad_arguments_are_refused(model: InteractionModel, states: dict[str, FloatArray]) -> None:

@@ -1,0 +1,72 @@
+"""What scenarios with an appliance on a table share: a camera that looks from somewhere, and a start with a hand."""
+
+# No `from __future__ import annotations`: Drake's typed YAML reader needs the fields' types themselves.
+
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar, Protocol, TypeVar
+
+import numpy as np
+
+from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.config_checks import check_numbers
+from ichain_drake.scenarios.graph_scenario import GraphConfig, GraphScenario
+from ichain_drake.state import FloatArray
+
+MODELS = "package://ichain_drake_models"
+
+
+class HasHand(Protocol):
+    """A start state that says where the hand is."""
+
+    @property
+    def hand(self) -> tuple[float, ...]:
+        """The hand's exposed state."""
+        ...
+
+
+StartT = TypeVar("StartT", bound=HasHand)
+
+
+@dataclass
+class ApplianceConfig(GraphConfig):
+    """Configuration of a scenario with an appliance.
+
+    Attributes:
+        goal, mishap: see `GraphConfig`.
+        camera_shift: the robot frame's origin in the camera frame [m].
+    """
+
+    camera_shift: list[float] = field(default_factory=lambda: [0.03, -0.02, -0.05])
+
+
+class Appliance(GraphScenario[StartT]):
+    """A scenario with an appliance; see `GraphScenario`.
+
+    Raises:
+        InputError: see `Scenario`.
+    """
+
+    config_class: ClassVar[type[ScenarioConfig]] = ApplianceConfig
+    features: ClassVar[tuple[str, ...]] = ("camera",)
+    config: ApplianceConfig
+
+    def check_config(self) -> None:
+        """Refuse a camera that can't be."""
+        super().check_config()
+        check_numbers(self.name, {"camera_shift": (self.config.camera_shift, 3)})
+
+    def camera(self) -> CameraFrame:
+        """The camera's frame."""
+        x, y, z = self.config.camera_shift
+        return CameraFrame(math.radians(self.config.camera.yaw_deg), (x, y, z))
+
+    def home(self) -> tuple[float, ...]:
+        """The hand's exposed state at home."""
+        spec = self.config.robot
+        return tuple(spec.hand.reduce(spec.home_hand()).tolist())
+
+    def start_hand(self, start: StartT) -> FloatArray:
+        """The full hand state that a world starts from, shape (7,)."""
+        return self.config.robot.hand.full(np.array(start.hand))

@@ -1,0 +1,251 @@
+"""A scenario with a goal over its graph: what worlds, demonstrations and playbacks of all such scenarios share."""
+
+# No `from __future__ import annotations`: Drake's typed YAML reader needs the fields' types themselves.
+
+import dataclasses
+from abc import abstractmethod
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Generic
+
+import numpy as np
+from pydrake.systems.framework import Context, Diagram
+
+from ichain_drake.control.graph.course import Motion
+from ichain_drake.demonstrations.table import Demonstration
+from ichain_drake.errors import InputError
+from ichain_drake.objects.base import WorldObject
+from ichain_drake.robot import BodySpec, Physics, RobotSpec, build_robot, hand_pose
+from ichain_drake.robot.arm import ArmRobot
+from ichain_drake.scenarios.base import Progress, Scenario
+from ichain_drake.scenarios.commands import Commands
+from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.config_checks import check_numbers
+from ichain_drake.scenarios.episode import Prepare
+from ichain_drake.scenarios.hand_commands import HandCommands
+from ichain_drake.scenarios.mishaps import Mishap, MishapConfig, draw_mishap
+from ichain_drake.scenarios.object_maker import ObjectMaker
+from ichain_drake.scenarios.recorder import record
+from ichain_drake.scenarios.scripted_piece import ScriptedPiece, StartT
+from ichain_drake.scenarios.seats import Seat, hand_seat
+from ichain_drake.state import FloatArray
+from ichain_drake.visualization import HandDrawing
+from ichain_drake.world.world import World
+
+_RUNS_PER_SEED = 1000
+_FIRST_DEMONSTRATION = 900  # runs of an evaluation are below: the script's noise is never theirs
+_STARTS, _MISHAPS = 0, 1  # purposes of random numbers
+_OPEN = 0.08  # m between the fingers of a hand that is drawn open
+
+
+@dataclass
+class GraphConfig(ScenarioConfig):
+    """Configuration of a scenario with a goal.
+
+    Attributes:
+        goal: what `run` and `plan` ask for where the command line says nothing else, such as `object.variable >= 0.5`,
+            `keep object.variable within 0.02` or `not parent->child`.
+        mishap: what the scenario's faults do.
+    """
+
+    goal: list[str] = field(default_factory=list)
+    mishap: MishapConfig = field(default_factory=MishapConfig)
+
+
+class GraphScenario(Scenario, Generic[StartT]):
+    """A scenario whose goal is a state of its graph: bounds on variables, and interactions that are over.
+
+    A subclass has a `name`, may have a `config_class`, and provides `make_graph`, `draw_start`, `make_objects` and
+    `script`; what it has of bodies, drawings, ways of the hand and faults, it adds. `StartT` is whatever it lets vary
+    from run to run.
+
+    Args:
+        overrides: `--set` settings.
+        physics: `ideal`, `arm` or `contact`.
+        seed: seed of the run.
+
+    Raises:
+        InputError: see `Scenario`; and on slips and knocks in `contact`, where the plant alone moves things.
+    """
+
+    config_class: ClassVar[type[ScenarioConfig]] = GraphConfig
+    config: GraphConfig
+    closes_by: ClassVar[float] = 0.02
+    """How far the fingers of a hand that is drawn come together when it grips [m]."""
+
+    script_purpose: ClassVar[int] = 2
+    """Key of the script's random numbers, beside the seed."""
+
+    # What a subclass provides, beside `make_graph`.
+
+    @abstractmethod
+    def draw_start(self, rng: np.random.Generator) -> StartT:
+        """The start of a run.
+
+        Args:
+            rng: draws what varies.
+        """
+
+    @abstractmethod
+    def make_objects(self, start: StartT, make: ObjectMaker) -> Mapping[str, WorldObject]:
+        """All objects but the robot, by name.
+
+        Args:
+            start: state that the world starts from.
+            make: makes one, by its class and name; knows what goes wrong in this world (`make.mishap`).
+        """
+
+    @abstractmethod
+    def script(self, rng: np.random.Generator) -> Iterable[ScriptedPiece[StartT]]:
+        """Short, unordered demonstrations, as hand commands that stand in for a person's.
+
+        Args:
+            rng: draws starts and the unsteadiness of the person's hand.
+        """
+
+    def bodies(self, start: StartT, mishap: Mishap) -> Mapping[str, BodySpec]:
+        """Bodies in the arm's plant, by object name; `contact` needs them for whatever a hand touches."""
+        return {}
+
+    def start_hand(self, start: StartT) -> FloatArray:
+        """The full hand state that a world starts from, shape (7,): at home unless overridden."""
+        return self.config.robot.home_hand()
+
+    def make_motion(self) -> Motion | None:
+        """Ways of the hand around what stands in its way; None for straight lines."""
+        return None
+
+    def drawings(self) -> Mapping[str, Any]:
+        """See `Scenario`; here the hand, where no plant shows it."""
+        if self.physics != "ideal":
+            return {}
+        spec = self.config.robot.hand
+        if "grip" not in spec.space.names:
+            return {self.graph.root: HandDrawing(lambda state: (hand_pose(spec.full(state)), _OPEN))}
+        grip, closes_by = spec.space.index("grip"), self.closes_by
+        return {
+            self.graph.root: HandDrawing(
+                lambda state: (hand_pose(spec.full(state)), _OPEN - closes_by * round(state[grip]))
+            )
+        }
+
+    # What all of them share.
+
+    def hand_commands(self, start: FloatArray | Sequence[float] | None = None) -> HandCommands:
+        """What a script lays its commands out with.
+
+        Args:
+            start: the hand's exposed variables at the start, shape (n_hand,); default at home.
+        """
+        hand = self.config.robot.hand
+        at_start = hand.reduce(self.config.robot.home_hand()) if start is None else start
+        return HandCommands(hand.space.names, at_start)
+
+    def check_config(self) -> None:
+        """Refuse mishaps that can't be, and faults that the physics can't have."""
+        super().check_config()
+        mishap = self.config.mishap
+        check_numbers(self.name, {"mishap.time": (mishap.time, 2)})
+        if not mishap.stiffness > 0:
+            raise InputError(f"{self.name}: mishap.stiffness is {mishap.stiffness}; give a number above 0")
+        kind = self.config.fault.kind
+        if self.physics == "contact" and kind in ("slip", "knock"):
+            raise InputError(f"fault.kind {kind}: in contact the plant alone moves things; choose ideal or arm")
+
+    def start(self, run: int) -> StartT:
+        """The start of a run.
+
+        Args:
+            run: number of the run.
+        """
+        return self.draw_start(np.random.default_rng([self.seed, _STARTS, run]))
+
+    def mishap(self, run: int) -> Mishap:
+        """What the configured fault does in a run."""
+        return draw_mishap(
+            self.config.fault.kind, self.config.mishap, np.random.default_rng([self.seed, _MISHAPS, run])
+        )
+
+    def make_world(self, run: int) -> tuple[World, Prepare]:
+        """The world of a run, with the fault that the configuration asks for.
+
+        Args:
+            run: number of the run; keys its start, noise and mishaps.
+        """
+        return self.build_world(self.start(run), run, faulty=True)
+
+    def build_world(
+        self, start: StartT, run: int, physics: Physics | None = None, *, faulty: bool = False
+    ) -> tuple[World, Prepare]:
+        """A world in any start state.
+
+        Args:
+            start: state that it starts from.
+            run: keys noise and mishaps.
+            physics: in place of the scenario's.
+            faulty: whether the configured fault happens.
+
+        Returns:
+            The world, and what puts its hand where it starts.
+
+        Raises:
+            InputError: in `contact`, if no object has a body to touch.
+        """
+        physics = physics or self.physics
+        seed, mishap = self.seed * _RUNS_PER_SEED + run, self.mishap(run) if faulty else Mishap()
+        bodies = self.bodies(start, mishap)
+        if physics == "contact" and not bodies:
+            raise InputError(f"{self.name}: no object has a body that a hand could touch; choose ideal or arm")
+        robot = build_robot(self._robot_spec(), physics, bodies, seed)
+        touched = bodies if isinstance(robot, ArmRobot) and physics == "contact" else {}
+        sizes = {name: robot.body_size(name) for name in touched}  # type: ignore[union-attr] # an ArmRobot
+        make = ObjectMaker(self.graph, seed, self.config.noise.scale, sizes, mishap)
+        world = World(self.graph, robot, dict(self.make_objects(start, make)))
+        hand = self.start_hand(start)
+
+        def prepare(context: Context) -> None:
+            robot.set_hand(context, hand)
+
+        return world, prepare
+
+    def _robot_spec(self) -> RobotSpec:
+        """The robot with its sensor noise at this run's scale."""
+        hand = self.config.robot.hand
+        noise = {name: self.config.noise.scale * std for name, std in hand.noise_std.items()}
+        return dataclasses.replace(self.config.robot, hand=dataclasses.replace(hand, noise_std=noise))
+
+    def record_demonstrations(
+        self, progress: Progress | None = None, known: Collection[str] = ()
+    ) -> Iterator[Demonstration]:
+        """Record the script's pieces.
+
+        Args:
+            progress: called with a line before each piece.
+            known: names of interactions that need no demonstration. A piece shows several, so that all are recorded
+                unless every interaction is known.
+
+        Raises:
+            InputError: on a piece whose commands are not the hand's.
+        """
+        if {e.name for e in self.graph.interactions} <= set(known):
+            return
+        rng = np.random.default_rng([self.seed, self.script_purpose])
+        for number, piece in enumerate(self.script(rng)):
+            piece.check(self.graph.objects[self.graph.root].observable)
+            ticks = len(piece.commands)
+            if progress:
+                progress(f"{piece.name}: {ticks} ticks ({self.physics})")
+            world, prepare = self.build_world(piece.start, _FIRST_DEMONSTRATION + number)
+            names = tuple(self.graph.objects)
+            yield record(world, prepare, Commands(piece.commands), ticks, names, piece.name)
+
+    def drawn_plant(self) -> Diagram | None:
+        """The arm and what stands there; None in `ideal`."""
+        if self.physics == "ideal":
+            return None
+        world, _ = self.build_world(self.start(0), 0)
+        return world.robot if isinstance(world.robot, Diagram) else None
+
+    def seats(self) -> Mapping[str, Seat]:
+        """The hand."""
+        return {self.graph.root: hand_seat(self, lambda run: self.build_world(self.start(run), run))}

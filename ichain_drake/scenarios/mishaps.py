@@ -1,0 +1,64 @@
+"""What goes wrong in a run of a scenario with a goal, as `fault.kind` asks for and the section `mishap` says."""
+
+# No `from __future__ import annotations`: Drake's typed YAML reader needs the fields' types themselves.
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+FAULTS: tuple[str, ...] = ("none", "slip", "knock", "stiff", "dropout")
+"""The kinds that `Mishap` knows."""
+
+
+@dataclass
+class MishapConfig:
+    """What a fault does.
+
+    Attributes:
+        time: earliest and latest time of a slip, knock or drop-out [s].
+        knock: by how much a standing thing is displaced [m].
+        dropout: duration [s].
+        stiffness: factor on a stiff button's force.
+    """
+
+    time: list[float] = field(default_factory=lambda: [4.0, 60.0])
+    knock: float = 0.05
+    dropout: float = 1.0
+    stiffness: float = 1.5
+
+
+@dataclass(frozen=True)
+class Mishap:
+    """What goes wrong in one run; nothing unless said. A scenario hands it to the objects that it meets.
+
+    Attributes:
+        slips: times at which a held thing slips out of the hand [s].
+        knocks: times [s] and displacements along x and y [m] of a thing that stands.
+        dropouts: intervals in which a sensor gives nothing [s].
+        stiffness: factor on the force of buttons.
+    """
+
+    slips: tuple[float, ...] = ()
+    knocks: tuple[tuple[float, float, float], ...] = ()
+    dropouts: tuple[tuple[float, float], ...] = ()
+    stiffness: float = 1.0
+
+
+def draw_mishap(kind: str, config: MishapConfig, rng: np.random.Generator) -> Mishap:
+    """The mishap of one run.
+
+    Args:
+        kind: of `FAULTS`.
+        config: what it does.
+        rng: draws when it happens and in which direction.
+    """
+    time = float(rng.uniform(config.time[0], config.time[1]))
+    turn = float(rng.uniform(-math.pi, math.pi))
+    if kind == "slip":
+        return Mishap(slips=(time,))
+    if kind == "knock":
+        return Mishap(knocks=((time, config.knock * math.cos(turn), config.knock * math.sin(turn)),))
+    if kind == "dropout":
+        return Mishap(dropouts=((time, time + config.dropout),))
+    return Mishap(stiffness=config.stiffness if kind == "stiff" else 1.0)
