@@ -54,7 +54,9 @@ if TYPE_CHECKING:
     from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
     from ichain_drake.scenarios.mishaps import Mishap, MishapConfig
     from ichain_drake.scenarios.object_maker import ObjectMaker
-    from ichain_drake.scenarios.path_run import PathResult, PathRun, data_hash, follow
+    from ichain_drake.scenarios.path_following import follow
+    from ichain_drake.scenarios.path_result import PathResult, PathRun
+    from ichain_drake.scenarios.provenance import data_hash
     from ichain_drake.scenarios.recorder import record
     from ichain_drake.scenarios.scripted_piece import ScriptedPiece
     from ichain_drake.scenarios.showing import PlaybackPage, show
@@ -101,7 +103,9 @@ _MODULES = {
     "scenarios.object_maker": ("ObjectMaker",),
     "scenarios.scripted_piece": ("ScriptedPiece",),
     "scenarios.recorder": ("record",),
-    "scenarios.path_run": ("PathResult", "PathRun", "data_hash", "follow"),
+    "scenarios.path_following": ("follow",),
+    "scenarios.path_result": ("PathResult", "PathRun"),
+    "scenarios.provenance": ("data_hash",),
     "scenarios.showing": ("PlaybackPage", "show"),
     "visualization": ("Camera", "Recording", "load_recording", "write_playback"),
 }

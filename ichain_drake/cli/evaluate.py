@@ -7,23 +7,18 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from rich.console import Console
 from rich.table import Table
 
-from ichain_drake.cli.console import Reporter
-from ichain_drake.cli.run import deliver_report
+from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
 from ichain_drake.scenarios import PathScenario
 from ichain_drake.scenarios.path_evaluation import (
     CURVE,
     FIRST_LINK,
     FULL,
     VARIANTS,
-    EvaluationInterrupted,
     check_evaluation,
     evaluate_paths,
 )
-from ichain_drake.scenarios.path_output import prepare_file, prepare_folder
-from ichain_drake.scenarios.path_run import versions
 
 
 def evaluate_path_scenario(
@@ -42,32 +37,16 @@ def evaluate_path_scenario(
         EvaluationInterrupted: on Ctrl-C, once the report on the seeds that were finished is written.
     """
     check_evaluation(scenario, trials, methods, jobs)
-    if report not in (None, "-"):
-        prepare_file(Path(str(report)))
-    if output is not None:
-        prepare_folder(output)
-    with Reporter() as say:
-        say(f"evaluating {scenario.name}, {trials} seeds")
-        stopped: EvaluationInterrupted | None = None
-        try:
-            found = evaluate_paths(scenario, overrides, trials, methods, jobs, say)
-        except EvaluationInterrupted as interruption:
-            stopped, found = interruption, interruption.found
-    document = {
-        "scenario": scenario.name,
-        "physics": scenario.physics,
-        "seed": scenario.seed,
-        "trials": trials,
-        "reason": "interrupted" if stopped else "every seed was evaluated",
-        "versions": versions(),
-        "given": scenario.given(),
-        **found,
-    }
-    deliver_report(document, report, text=_format(scenario, found["table"]))
-    if output is not None:
-        _write_curves(found["rows"], scenario, output)
-    if stopped:
-        raise stopped
+    evaluation = Evaluation(
+        scenario,
+        trials,
+        "seeds",
+        "every seed was evaluated",
+        evaluate=lambda say: evaluate_paths(scenario, overrides, trials, methods, jobs, say),
+        text=lambda found: _format(scenario, found["table"]),
+        pictures=lambda found, folder: _write_curves(found["rows"], scenario, folder),
+    )
+    run_evaluation(evaluation, report, output)
 
 
 def _format(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
@@ -87,15 +66,7 @@ def _format_link(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str
         largest = "-" if line["max_error"] is None else f"{line['max_error']:.4f}"
         view.add_row(line["case"], str(line["samples"]), error, largest, f"{line['completed']}/{line['runs']}")
     note = f"wanted against read states at the end of the first tick and of the next; {scenario.physics} physics"
-    return _text(view, note)
-
-
-def _text(view: Table, note: str) -> str:
-    console = Console(width=140)
-    with console.capture() as capture:
-        console.print(view)
-        console.print(note)
-    return capture.get().rstrip()
+    return table_text(view, note)
 
 
 def _format_paths(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
@@ -119,7 +90,7 @@ def _format_paths(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> st
         runs = sum(v["runs"] for v in by_case.values())
         view.add_row(method, str(samples) if samples else "", *cells, " / ".join(ratios), f"{done}/{runs}")
     where = f"{scenario.name}, {scenario.physics} physics"
-    return _text(view, f"mean error over completed runs +- spread over seeds; {where}")
+    return table_text(view, f"mean error over completed runs +- spread over seeds; {where}")
 
 
 def _write_curves(rows: Sequence[dict[str, Any]], scenario: PathScenario, folder: Path) -> None:

@@ -7,18 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from rich.console import Console
 from rich.table import Table
 
-from ichain_drake.cli.console import Reporter
-from ichain_drake.cli.run import deliver_report
+from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios.goal_scenario import GoalScenario
 from ichain_drake.scenarios.graph_evaluation import NUMBER, check_graph_evaluation, evaluate_goals
 from ichain_drake.scenarios.graph_run import own_goal
-from ichain_drake.scenarios.path_evaluation import EvaluationInterrupted
-from ichain_drake.scenarios.path_output import prepare_file, prepare_folder
-from ichain_drake.scenarios.path_run import versions
 
 
 def evaluate_goal_scenario(
@@ -41,33 +36,18 @@ def evaluate_goal_scenario(
     if not goal:
         raise InputError(f"{scenario.name} has no goal of its own to evaluate; set one in its file")
     if output is not None:
-        prepare_folder(output)
         report = report or str(output / "report.json")
-    if report not in (None, "-"):
-        prepare_file(Path(str(report)))
-    stopped: EvaluationInterrupted | None = None
-    with Reporter() as say:
-        say(f"evaluating {scenario.name}, {trials} runs a line")
-        try:
-            found = evaluate_goals(scenario, overrides, goal, trials, methods, jobs, say)
-        except EvaluationInterrupted as interruption:
-            stopped, found = interruption, interruption.found
-    document = {
-        "scenario": scenario.name,
-        "physics": scenario.physics,
-        "seed": scenario.seed,
-        "trials": trials,
-        "goal": list(goal),
-        "reason": "interrupted" if stopped else "every trial was run",
-        "versions": versions(),
-        "given": scenario.given(),
-        **found,
-    }
-    deliver_report(document, report, text=format_evaluation(scenario, found))
-    if output is not None:
-        _write_curve(found["rows"], output)
-    if stopped:
-        raise stopped
+    evaluation = Evaluation(
+        scenario,
+        trials,
+        "runs a line",
+        "every trial was run",
+        evaluate=lambda say: evaluate_goals(scenario, overrides, goal, trials, methods, jobs, say),
+        text=lambda found: format_evaluation(scenario, found),
+        pictures=lambda found, folder: _write_curve(found["rows"], folder),
+        more={"goal": list(goal)},
+    )
+    run_evaluation(evaluation, report, output)
 
 
 def _write_curve(rows: Sequence[Mapping[str, Any]], folder: Path) -> None:
@@ -101,7 +81,7 @@ def _trials(table: Sequence[Mapping[str, Any]]) -> str:
             line["method"], line["case"], reached, str(line["silent"]), steps, f"{line['mean_replans']:.1f}", causes
         )
     note = "reached: in truth; silent: ended as if it were; steps: median where reached; replans: mean"
-    return _text(view, note)
+    return table_text(view, note)
 
 
 def _classifiers(lines: Sequence[Mapping[str, Any]], held_out: Mapping[str, Any]) -> str:
@@ -125,16 +105,8 @@ def _classifiers(lines: Sequence[Mapping[str, Any]], held_out: Mapping[str, Any]
         f"on {held_out['pieces']} held-out pieces of {len(held_out['seeds'])} other seeds; near misses beside as many "
         "states inside; switching within one step"
     )
-    return _text(view, note)
+    return table_text(view, note)
 
 
 def _figure(value: float | None) -> str:
     return "-" if value is None else f"{value:.3f}"
-
-
-def _text(view: Table, note: str) -> str:
-    console = Console(width=140)
-    with console.capture() as capture:
-        console.print(view)
-        console.print(note)
-    return capture.get().rstrip()

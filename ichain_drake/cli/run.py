@@ -18,6 +18,7 @@ from ichain_drake.cli.live import shown_live
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import write_drawing
 from ichain_drake.scenarios import PathScenario, Scenario, build_world
+from ichain_drake.scenarios.path_choice import choose_paths
 from ichain_drake.scenarios.path_output import (
     prepare_file,
     prepare_folder,
@@ -25,14 +26,9 @@ from ichain_drake.scenarios.path_output import (
     write_recording,
     write_report,
 )
-from ichain_drake.scenarios.path_run import (
-    PathRun,
-    check_settings,
-    choose_paths,
-    data_hash,
-    recorded_seconds,
-    run_paths,
-)
+from ichain_drake.scenarios.path_result import PathRun
+from ichain_drake.scenarios.path_run import check_settings, recorded_seconds, run_paths
+from ichain_drake.scenarios.provenance import data_hash
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def teach(
 ) -> None:
     """Record demonstrations: the scripted ones, or a person's (--browser)."""
     from ichain_drake.cli.console import Reporter
-    from ichain_drake.scenarios import PathScenario, graph_run, path_run
+    from ichain_drake.scenarios import PathScenario, graph_run, path_result, path_run
     from ichain_drake.scenarios.graph_settings import graph_spec
     from ichain_drake.scenarios.path_output import prepare_folder
 
@@ -42,7 +42,7 @@ def teach(
 
         teach_in_browser(loaded, output, drive, opened=opened)
         return
-    started: path_run.PathRun | graph_run.GraphRun
+    started: path_result.PathRun | graph_run.GraphRun
     if isinstance(loaded, PathScenario):
         path_run.check_settings(loaded)
     else:
@@ -50,7 +50,7 @@ def teach(
     prepare_folder(output)
     with Reporter() as say:
         if isinstance(loaded, PathScenario):
-            started = path_run.PathRun(loaded)
+            started = path_result.PathRun(loaded)
             path_run.record_pieces(started, output, say)
         else:
             started = graph_run.GraphRun(loaded, ())

@@ -11,20 +11,13 @@ from typing import ClassVar
 import numpy as np
 from pydrake.math import RigidTransform
 
-from ichain_drake.control.path import TimedPath
-from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.objects import Car, Joystick, ObjectSettings
-from ichain_drake.scenarios.car_game_demonstrations import Driver
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.episode import Prepare
-from ichain_drake.scenarios.joystick_game import HAND, JOYSTICK, TARGET_ID, JoystickGame, JoystickGameConfig
-from ichain_drake.scenarios.recorder import record
+from ichain_drake.scenarios.joystick_game import JOYSTICK, JoystickGame, JoystickGameConfig
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.visualization import GameScreen
-from ichain_drake.world.world import World
 
 CAR = "car"
-_START_SPREAD = 1.0  # px, standard deviation of where a run starts
 
 
 @dataclass
@@ -38,6 +31,7 @@ class CarGame(JoystickGame):
     name: ClassVar[str] = "car_game"
     config_class: ClassVar[type[ScenarioConfig]] = CarGameConfig
     target: ClassVar[str] = CAR
+    drive_start: ClassVar[tuple[float, float]] = (0.5, 20.0)
     config: CarGameConfig
 
     def target_space(self) -> StateSpace:
@@ -48,9 +42,9 @@ class CarGame(JoystickGame):
         """The car."""
         return Car(CAR, {JOYSTICK: Joystick.state_space}, state, settings)
 
-    def idle_state(self) -> FloatArray:
-        """In the middle of the screen."""
-        return np.array([400.0, 300.0, 0.0, 0.0, 0.0, 0.0])
+    def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
+        """Rolling straight ahead."""
+        return np.array([*position, heading, speed, 0.0, 0.0])
 
     def reference_paths(self) -> Mapping[str, FloatArray]:
         """Figure eight, spiral, cursive (paper fig. 4; the paper gives no coordinates)."""
@@ -59,29 +53,6 @@ class CarGame(JoystickGame):
     def make_screen(self, X_WS: RigidTransform) -> GameScreen:
         """A car on a field of 800 x 600 mm."""
         return GameScreen((int(self.size[0]), int(self.size[1])), 0.001, X_WS, stand=0.2, ghost_period=4.0)
-
-    def make_world(self, path: TimedPath, run: int) -> tuple[World, Prepare]:
-        """The car on the path's first point, along it, at its nominal speed; the stick as configured."""
-        rng = np.random.default_rng([self.seed, run, TARGET_ID])
-        start = path.points[0] + _START_SPREAD * rng.standard_normal(2) * min(1.0, self.config.noise.scale)
-        speed = 0.0 if self.config.start.at_rest else float(path.speed[0])
-        heading = float(np.arctan2(np.sin(path.direction[0]), np.cos(path.direction[0])))
-        return self.build_world(np.array([*start, heading, speed, 0.0, 0.0]), self.config.start.axes, run)
-
-    def record_drive(
-        self, count: int, physics: str | None = None, objects: tuple[str, ...] = (HAND, JOYSTICK, CAR), run: int = 902
-    ) -> Demonstration:
-        """A scripted driver wanders over the screen.
-
-        Args:
-            count: transitions.
-            physics: in place of the scenario's.
-            objects: whose measurements are recorded.
-            run: keys noise and driver.
-        """
-        driver = Driver(self.hand_for_tilt, self.size, count, [self.seed, run])
-        world, prepare = self.build_world(np.array([400.0, 300.0, 0.5, 20.0, 0.0, 0.0]), [0.0, 0.0], run, physics)
-        return record(world, prepare, driver, count, objects, "drive")
 
 
 def reference_paths(points: int = 4000) -> dict[str, FloatArray]:

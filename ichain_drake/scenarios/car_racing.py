@@ -16,40 +16,26 @@ import numpy as np
 from PIL import Image, ImageDraw
 from pydrake.math import RigidTransform
 
-from ichain_drake.control.path import TimedPath, resample
-from ichain_drake.demonstrations.table import Demonstration
+from ichain_drake.control.path import resample
 from ichain_drake.errors import InputError
 from ichain_drake.objects import Joystick, ObjectSettings, WorldObject
 from ichain_drake.objects.gymnasium_game import GameEnvironment, GymnasiumGame
 from ichain_drake.objects.gymnasium_game.extra import require_gymnasium
-from ichain_drake.scenarios.car_game_demonstrations import Driver, DrivingStyle
+from ichain_drake.scenarios.car_game_demonstrations import DrivingStyle
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.episode import Prepare
-from ichain_drake.scenarios.joystick_game import HAND, JOYSTICK, TARGET_ID, JoystickGame, JoystickGameConfig
-from ichain_drake.scenarios.recorder import record
+from ichain_drake.scenarios.joystick_game import JOYSTICK, JoystickGame, JoystickGameConfig
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.visualization import GameScreen
 from ichain_drake.visualization.sprites import FIELD
-from ichain_drake.world.world import World
 
 CAR = "car"
 CAR_WIDTH, CAR_LENGTH = 2.4, 5.0
 """Of the car's hull, in the game's units."""
 
-_START_SPREAD = 0.1  # units, standard deviation of where a run starts
 _WEAVE, _WEAVE_LENGTH = 2.5, 80.0  # units: how far from the middle of the road, and from one swing to the next
 _UNFINISHED = 4  # tiles before the end of a lap, where the game would end
 _MARGIN = 15.0  # units around the road on the screen
 _ROAD = (58, 60, 64)
-_STYLE = DrivingStyle(
-    name=CAR,
-    variables=6,
-    speeds=(7.0, 22.0),
-    gains=(-2.5, -0.8),
-    cruise=lambda speed: 0.0,
-    throttle_gain=0.1,
-    near=12.0,
-)
 
 
 @dataclass
@@ -86,6 +72,17 @@ class CarRacing(JoystickGame):
     unit: ClassVar[str] = "unit"
     y_down: ClassVar[bool] = False
     size: ClassVar[tuple[float, float]] = (2000 / 3, 2000 / 3)
+    start_spread: ClassVar[float] = 0.1
+    drive_start: ClassVar[tuple[float, float]] = (0.5, 8.0)
+    driver: ClassVar[DrivingStyle] = DrivingStyle(
+        name=CAR,
+        variables=6,
+        speeds=(7.0, 22.0),
+        gains=(-2.5, -0.8),
+        cruise=lambda speed: 0.0,
+        throttle_gain=0.1,
+        near=12.0,
+    )
     has_oracle: ClassVar[bool] = False  # the true game can be stepped, but hardly differentiated: single precision
     config: CarRacingConfig
 
@@ -126,9 +123,9 @@ class CarRacing(JoystickGame):
         """The game."""
         return GymnasiumGame(CAR, {JOYSTICK: Joystick.state_space}, self.environment, state, settings)
 
-    def idle_state(self) -> FloatArray:
-        """At rest in the middle of the playfield."""
-        return self.car_at(np.array(self.size) / 2, 0.0, 0.0)
+    def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
+        """The car at a place, whatever the stick."""
+        return self.car_at(position, heading, speed)
 
     def car_at(self, position: FloatArray, heading: float, speed: float) -> FloatArray:
         """A state of the game with the car at a place.
@@ -170,28 +167,6 @@ class CarRacing(JoystickGame):
         space = self.graph.objects[CAR]
         names = [*space.observable.names, "reward", "terminated", "truncated"]
         return {**self.graph.objects, CAR: space.subspace(names)}
-
-    def make_world(self, path: TimedPath, run: int) -> tuple[World, Prepare]:
-        """The car on the path's first point, along it, at its nominal speed; the stick as configured."""
-        rng = np.random.default_rng([self.seed, run, TARGET_ID])
-        start = path.points[0] + _START_SPREAD * rng.standard_normal(2) * min(1.0, self.config.noise.scale)
-        speed = 0.0 if self.config.start.at_rest else float(path.speed[0])
-        return self.build_world(self.car_at(start, float(path.direction[0]), speed), self.config.start.axes, run)
-
-    def record_drive(
-        self, count: int, physics: str | None = None, objects: tuple[str, ...] = (HAND, JOYSTICK, CAR), run: int = 902
-    ) -> Demonstration:
-        """A scripted driver wanders over the playfield, on the grass and across the road.
-
-        Args:
-            count: transitions.
-            physics: in place of the scenario's.
-            objects: whose measurements are recorded.
-            run: keys noise and driver.
-        """
-        driver = Driver(self.hand_for_tilt, self.size, count, [self.seed, run], _STYLE)
-        world, prepare = self.build_world(self.car_at(np.array(self.size) / 2, 0.5, 8.0), [0.0, 0.0], run, physics)
-        return record(world, prepare, driver, count, objects, "drive")
 
     def given(self) -> dict[str, Any]:
         """The configuration, the unit of errors and the measure for them."""

@@ -1,7 +1,7 @@
 """Steering wheel -> car (paper fig. 1): the hand turns and lifts a wheel, the wheel drives a car on the road.
 
-Given: the wheel's place and size, the hand's ring around it, the reach of the hand's play, the start of a run, the
-nominal speed, and the candidate lists of `models/scenarios/driving.yaml`. Everything else is learned.
+Given: the wheel's place and size (the hand keeps to a ring about it), the reach of the hand's play, the start of a run,
+the nominal speed, and the candidate lists of `models/scenarios/driving.yaml`. Everything else is learned.
 """
 
 import math
@@ -36,6 +36,8 @@ class Driving(WheelDrive):
     target: ClassVar[str] = CAR
     target_length: ClassVar[float] = CAR_LENGTH
     size: ClassVar[tuple[float, float]] = (400.0, 300.0)
+    start_spread: ClassVar[float] = 0.02 * CAR_LENGTH
+    idle_start: ClassVar[tuple[float, float]] = (0.5, 5.0)
     driver: ClassVar[DriverStyle] = DriverStyle(
         speeds=(5.0, 15.0),
         arrival=18.0,
@@ -58,9 +60,9 @@ class Driving(WheelDrive):
         """The car."""
         return RoadCar(CAR, {WHEEL: Wheel.state_space}, state, settings)
 
-    def start_state(self, x: float, y: float, heading: float, speed: float) -> FloatArray:
+    def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
         """Rolling straight ahead."""
-        return np.array([x, y, heading, speed, 0.0, 0.0, 0.0])
+        return np.array([*position, heading, speed, 0.0, 0.0, 0.0])
 
     def make_screen(self, X_WS: RigidTransform) -> GameScreen:
         """A car from above, four times its size, on a field of 800 x 600 mm."""

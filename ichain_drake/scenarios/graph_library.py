@@ -11,7 +11,7 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.library import KnownGraph, load_graph, save_graph
 from ichain_drake.scenarios.knowledge import Knowledge
-from ichain_drake.scenarios.path_run import data_hash
+from ichain_drake.scenarios.provenance import data_hash
 
 
 def save_knowledge(knowledge: Knowledge, pieces: Sequence[Demonstration], library: Path | str, name: str) -> Path:

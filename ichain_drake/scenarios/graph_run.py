@@ -26,7 +26,7 @@ from ichain_drake.scenarios.graph_episode import GraphEpisode, look, start_comma
 from ichain_drake.scenarios.graph_plan import make_goal
 from ichain_drake.scenarios.graph_settings import graph_spec
 from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
-from ichain_drake.scenarios.path_run import versions
+from ichain_drake.scenarios.provenance import versions
 from ichain_drake.scenarios.recorder import RecordingInterrupted
 from ichain_drake.state import FloatArray
 

@@ -19,7 +19,10 @@ from ichain_drake.learning.chain import LearnedChain, LinkCandidates, learn_chai
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.scenarios.link_accuracy import HasWantedStates, first_link_graph, learn_first_link, measure_first_link
-from ichain_drake.scenarios.path_run import PathResult, check_settings, choose_paths, follow, oracle_follow
+from ichain_drake.scenarios.path_choice import choose_paths
+from ichain_drake.scenarios.path_following import follow, oracle_follow
+from ichain_drake.scenarios.path_result import PathResult
+from ichain_drake.scenarios.path_run import check_settings
 
 FULL = 500
 """Transitions per link that the paper had (sec. IV)."""

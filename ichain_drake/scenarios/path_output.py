@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios.path_run import PathResult, PathRun
+from ichain_drake.scenarios.path_result import PathResult, PathRun
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import Episode, Readout, Recording, Strip, plot_paths, write_playback
 from ichain_drake.visualization.output import write_whole

@@ -19,8 +19,10 @@ from ichain_drake.learning.chain import LearnedChain, LearnedLink, learn_chain
 from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.learning.library import load_command, load_links
 from ichain_drake.scenarios.base import PathScenario, Progress
+from ichain_drake.scenarios.path_choice import choose_paths
 from ichain_drake.scenarios.path_evaluation import VARIANTS, learn_variant
-from ichain_drake.scenarios.path_run import choose_paths, follow, versions
+from ichain_drake.scenarios.path_following import follow
+from ichain_drake.scenarios.provenance import versions
 from ichain_drake.timing import TICK
 
 ORIGINAL = "original"

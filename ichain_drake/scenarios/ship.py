@@ -39,6 +39,8 @@ class ShipVoyage(WheelDrive):
     target_length: ClassVar[float] = SHIP_LENGTH
     size: ClassVar[tuple[float, float]] = (40.0, 30.0)
     oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(horizon=12, effort=0.1)
+    start_spread: ClassVar[float] = 0.02 * SHIP_LENGTH
+    idle_start: ClassVar[tuple[float, float]] = (0.5, 0.5)
     driver: ClassVar[DriverStyle] = DriverStyle(
         speeds=(0.5, 1.0),
         arrival=2.5,
@@ -61,11 +63,11 @@ class ShipVoyage(WheelDrive):
         """The ship."""
         return Ship(SHIP, {WHEEL: Wheel.state_space}, state, settings)
 
-    def start_state(self, x: float, y: float, heading: float, speed: float) -> FloatArray:
-        """Under way straight ahead, in the mean current."""
+    def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
+        """Under way straight ahead at the engine's configured speed, in the mean current."""
         p = ShipParameters()
         engine = p.full_ahead * self.config.start.slide / TRAVEL
-        return np.array([x, y, heading, speed, 0.0, 0.0, engine, 0.0, *p.current])
+        return np.array([*position, heading, speed, 0.0, 0.0, engine, 0.0, *p.current])
 
     def make_screen(self, X_WS: RigidTransform) -> GameScreen:
         """A ship from above, twice its size, on a sea of 800 x 600 mm."""

@@ -11,7 +11,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.scenarios.graph_output import write_graph_recording
 from ichain_drake.scenarios.graph_run import GraphRun
 from ichain_drake.scenarios.path_output import write_recording
-from ichain_drake.scenarios.path_run import PathRun
+from ichain_drake.scenarios.path_result import PathRun
 from ichain_drake.visualization.output import write_whole
 
 

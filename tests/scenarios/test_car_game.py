@@ -9,7 +9,7 @@ from ichain_drake.scenarios import load_scenario
 from ichain_drake.scenarios.car_game import CarGame
 from ichain_drake.scenarios.car_game_demonstrations import Player
 from ichain_drake.scenarios.episode import Episode
-from ichain_drake.scenarios.path_run import choose_paths
+from ichain_drake.scenarios.path_choice import choose_paths
 
 
 def game(*settings: str, seed: int = 0) -> CarGame:

@@ -16,9 +16,12 @@ from ichain_drake.scenarios import build_world, load_scenario
 from ichain_drake.scenarios.car_game import CarGame
 from ichain_drake.scenarios.car_racing import CAR_WIDTH, CarRacing
 from ichain_drake.scenarios.link_accuracy import learn_first_link
+from ichain_drake.scenarios.path_choice import choose_paths
 from ichain_drake.scenarios.path_evaluation import check_evaluation
 from ichain_drake.scenarios.path_output import make_recording
-from ichain_drake.scenarios.path_run import PathRun, choose_paths, data_hash, run_paths
+from ichain_drake.scenarios.path_result import PathRun
+from ichain_drake.scenarios.path_run import run_paths
+from ichain_drake.scenarios.provenance import data_hash
 from ichain_drake.timing import FRAME
 
 gymnasium = pytest.importorskip("gymnasium", reason="Gymnasium is missing: pip install 'ichain_drake[games]'")

@@ -10,7 +10,7 @@ import pytest
 from ichain_drake.cli.main import main
 from ichain_drake.scenarios import load_scenario
 from ichain_drake.scenarios.hover_game import HoverGame
-from ichain_drake.scenarios.path_run import choose_paths
+from ichain_drake.scenarios.path_choice import choose_paths
 from ichain_drake.visualization.sprites import hovercraft_sprite
 
 

@@ -8,7 +8,7 @@ from ichain_drake.scenarios import load_scenario
 from ichain_drake.scenarios.car_game_demonstrations import Player
 from ichain_drake.scenarios.episode import Episode
 from ichain_drake.scenarios.oracle import TrueTickModel, straight_frames
-from ichain_drake.scenarios.path_run import oracle_follow
+from ichain_drake.scenarios.path_following import oracle_follow
 from ichain_drake.timing import FRAMES_PER_TICK
 from ichain_drake.world.reference import WorldReference
 

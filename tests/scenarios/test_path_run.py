@@ -11,7 +11,9 @@ from ichain_drake.control.path import TimedPath
 from ichain_drake.demonstrations import read_demonstrations
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios import load_scenario
-from ichain_drake.scenarios.path_run import PathRun, check_settings, choose_paths, recorded_seconds, run_paths
+from ichain_drake.scenarios.path_choice import choose_paths
+from ichain_drake.scenarios.path_result import PathRun
+from ichain_drake.scenarios.path_run import check_settings, recorded_seconds, run_paths
 
 
 def three_lobes() -> np.ndarray:

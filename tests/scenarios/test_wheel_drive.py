@@ -16,7 +16,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.learning.chain import learn_chain
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios import load_scenario
-from ichain_drake.scenarios.path_run import choose_paths
+from ichain_drake.scenarios.path_choice import choose_paths
 from ichain_drake.scenarios.wheel_drive import WheelDrive
 
 

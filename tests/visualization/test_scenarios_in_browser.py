@@ -16,8 +16,9 @@ from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.episode import Episode
 from ichain_drake.scenarios.graph_output import write_graph_recording
 from ichain_drake.scenarios.graph_run import GraphRun
+from ichain_drake.scenarios.path_choice import choose_paths
 from ichain_drake.scenarios.path_output import write_recording
-from ichain_drake.scenarios.path_run import PathResult, PathRun, choose_paths
+from ichain_drake.scenarios.path_result import PathResult, PathRun
 from ichain_drake.scenarios.water_dispenser import WaterDispenser
 from ichain_drake.scenarios.water_dispenser_layout import LAYOUT
 from ichain_drake.scenarios.water_dispenser_teleoperation import Teleoperation

@@ -16,6 +16,25 @@ from ichain_drake.state import FloatArray
 
 _SPREAD_ROWS = 10
 _ALIKE = 0.03  # of the demonstrated range
+_FAST = 3.0  # noises in a tick
+
+
+@dataclass(eq=False)
+class Approach(Task):
+    """Bring what is carried to where it drives a variable; cut short where that is done on the way."""
+
+    carry: Task | None = None
+    drive: Drive | None = None
+
+    mode = Mode.CARRY
+
+    def act(self, view: View) -> Answer:
+        """See `Task`."""
+        assert self.carry is not None
+        assert self.drive is not None
+        if self.drive.finished or self.drive.over_on_the_way(view):
+            return DONE
+        return self.carry.act(view)
 
 
 @dataclass(eq=False)
@@ -30,14 +49,18 @@ class Drive(Task):
     pushed: bool = False
     carrying: Carry | None = None
     course: Course = field(default_factory=Course)
+    begun: FloatArray | None = None
+    finished: bool = False
 
     mode = Mode.DRIVE
 
-    def act(self, view: View) -> Answer:  # noqa: PLR0911 - one return a phase
+    def act(self, view: View) -> Answer:  # noqa: PLR0911, PLR0912 - one return a phase
         """See `Task`."""
         step = self.step
         assert step is not None
         assert step.until is not None
+        if self.finished:
+            return DONE
         if self.carrying is not None:
             answer = self.carrying.act(view)
             if not isinstance(answer, str):
@@ -143,7 +166,7 @@ class Drive(Task):
         step, model = self.step, view.model
         assert step is not None
         target = step.chain[-1].child
-        noise, width = model.noise[target], model.high[target] - model.low[target]
+        noise = model.noise[target]
         seen = np.array(self.history)
         start, now = seen[:2].mean(axis=0), seen[-3:].mean(axis=0)
         if len(seen) < 4:
@@ -151,20 +174,44 @@ class Drive(Task):
         beyond = direction * (now[i] - value)
         if beyond > max(3.0 * noise[i], 0.03 * abs(value - start[i])):
             return True  # whatever the others do
-        wanted = step.predicted[target].copy()
+        missing = self._missing(model, start, now)
+        return all(self._stalled(seen[:, k], float(noise[k]), sign, change) for k, sign, change in missing)
+
+    def _missing(self, model: GraphModel, start: FloatArray, now: FloatArray) -> list[tuple[int, float, float]]:
+        """Variables that are not yet where the drive should bring them: index, direction, and the whole way."""
+        assert self.step is not None
+        assert self.step.until is not None
+        target, name, direction, value = self.step.until
+        i = model.graph.objects[target].observable.index(name)
+        noise, width = model.noise[target], model.high[target] - model.low[target]
+        wanted = self.step.predicted[target].copy()
         wanted[i] = value
         kinds = model.passive[target].variables
-        for k in range(seen.shape[1]):
-            change = wanted[k] - start[k]
+        out = []
+        for k in range(len(wanted)):
+            change = float(wanted[k] - start[k])
             if k != i and (kinds[k].kind != "hold" or abs(change) < max(5 * noise[k], 0.05 * width[k])):
                 continue
-            sign = direction if k == i else np.sign(change)
+            sign = float(direction if k == i else np.sign(change))
             slack = max(1.2 * noise[k], 0.005 * width[k]) if k == i else 0.1 * abs(change)
-            if sign * (now[k] - wanted[k]) >= -slack:
-                continue
-            if not self._stalled(seen[:, k], float(noise[k]), sign, abs(change)):
-                return False
-        return True
+            if sign * (now[k] - wanted[k]) < -slack:
+                out.append((k, sign, abs(change)))
+        return out
+
+    def over_on_the_way(self, view: View) -> bool:
+        """Whether all is where it should be before what is carried has been brought to where it drives: a fast pour."""
+        assert self.step is not None
+        assert self.step.until is not None
+        target = self.step.until[0]
+        if self.begun is None:
+            self.begun = view.averaged()[target]
+        # What flows fast goes on while it is stopped: a tick ahead, where the change is more than noise.
+        space, last = view.model.graph.objects[target].observable, view.readings[-1][target]
+        rate = space.difference(last, view.readings[-2][target]) if len(view.readings) > 1 else np.zeros(len(space))
+        fast = np.abs(rate) > _FAST * view.model.noise[target]
+        ahead = np.where(fast, last + rate, view.averaged(2)[target])
+        self.finished = not self._missing(view.model, self.begun, ahead)
+        return self.finished
 
     def _stalled(self, values: FloatArray, noise: float, sign: float, change: float) -> bool:
         """Whether a variable has stopped: compared over windows as long as its noise asks for."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from ichain_drake.control.graph.carrying import Carry
 from ichain_drake.control.graph.course import Motion
+from ichain_drake.control.graph.driving import Approach
 from ichain_drake.control.graph.laying_out import carry_tasks, indices, step_tasks, way_back
 from ichain_drake.control.graph.memory import ExecutorSettings, Memory
 from ichain_drake.control.graph.model import GraphModel
@@ -129,7 +130,7 @@ class Executor:
     def _act(self, memory: Memory, task: Task) -> Answer:
         """One tick of a task; what the robot carries and where it let go of things is kept on the way."""
         view, child = self._view(memory), task.edge.child if task.edge is not None else ""
-        if isinstance(task, Carry):
+        if isinstance(task, Carry | Approach):
             memory.carried = memory.carried.taken(child, view.averaged()[child])
         try:
             answer = task.act(view)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ichain_drake.control.graph.carrying import Carry, CarryPart
-from ichain_drake.control.graph.driving import Drive
+from ichain_drake.control.graph.driving import Approach, Drive
 from ichain_drake.control.graph.model import GraphModel
 from ichain_drake.control.graph.plan import PlanStep, States
 from ichain_drake.control.graph.tasks import LOOK_TICKS, Look, Switch, Task
@@ -30,11 +30,13 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States) -> list[Task]:
     out.append(Switch(edge, activate=True))
     if follows and step.before:
         out += carry_tasks(model, edge, indices(model, step.before, edge), place_first=True)
-    if follows and carried:
-        out += carry_tasks(model, edge, carried, place_first=True)
-    if step.until is not None:
-        goal = None if follows or step.hold is None else step.hold
-        out.append(Drive(edge, step=step, goal=goal))
+    approach = carry_tasks(model, edge, carried, place_first=True) if follows and carried else []
+    if step.until is None:
+        out += approach
+    else:
+        drive = Drive(edge, step=step, goal=None if follows or step.hold is None else step.hold)
+        out += [Approach(edge, carry=t, drive=drive) for t in approach]
+        out.append(drive)
         if step.before:
             out += carry_tasks(model, edge, indices(model, step.before, edge), place_first=False)
     after = indices(model, step.after, edge)

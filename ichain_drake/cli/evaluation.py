@@ -1,0 +1,95 @@
+"""What `evaluate` does for every sort of scenario: runs the evaluation, keeps an interrupted one, writes the report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from ichain_drake.cli.console import Reporter
+from ichain_drake.cli.run import deliver_report
+from ichain_drake.scenarios import Scenario
+from ichain_drake.scenarios.goal_scenario import GoalScenario
+from ichain_drake.scenarios.path_evaluation import EvaluationInterrupted
+from ichain_drake.scenarios.path_output import prepare_file, prepare_folder
+from ichain_drake.scenarios.provenance import versions
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What is particular to an evaluation.
+
+    Attributes:
+        scenario: that is evaluated.
+        trials: how many.
+        what: of each, for the line that is said first.
+        done: the report's reason if all of them were finished.
+        evaluate: does the work, given what is called with a line and the fraction done; returns rows and tables.
+        text: the tables as text.
+        pictures: draws what was found into a folder.
+        more: entries of the report beside what all have.
+    """
+
+    scenario: Scenario | GoalScenario
+    trials: int
+    what: str
+    done: str
+    evaluate: Callable[[Callable[[str, float | None], None]], dict[str, Any]]
+    text: Callable[[dict[str, Any]], str]
+    pictures: Callable[[dict[str, Any], Path], None]
+    more: Mapping[str, Any] = field(default_factory=dict)
+
+
+def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | None) -> None:
+    """Evaluate, print the tables, write report and pictures.
+
+    Args:
+        evaluation: see there.
+        report: a file, or `-` for stdout.
+        output: folder for pictures.
+
+    Raises:
+        InputError: if a file or folder can't be written.
+        EvaluationInterrupted: on Ctrl-C, once the report on what was finished is written.
+    """
+    scenario = evaluation.scenario
+    if output is not None:
+        prepare_folder(output)
+    if report not in (None, "-"):
+        prepare_file(Path(str(report)))
+    stopped: EvaluationInterrupted | None = None
+    with Reporter() as say:
+        say(f"evaluating {scenario.name}, {evaluation.trials} {evaluation.what}")
+        try:
+            found = evaluation.evaluate(say)
+        except EvaluationInterrupted as interruption:
+            stopped, found = interruption, interruption.found
+    document = {
+        "scenario": scenario.name,
+        "physics": scenario.physics,
+        "seed": scenario.seed,
+        "trials": evaluation.trials,
+        **evaluation.more,
+        "reason": "interrupted" if stopped else evaluation.done,
+        "versions": versions(),
+        "given": scenario.given(),
+        **found,
+    }
+    deliver_report(document, report, text=evaluation.text(found))
+    if output is not None:
+        evaluation.pictures(found, output)
+    if stopped:
+        raise stopped
+
+
+def table_text(view: Table, note: str) -> str:
+    """A table with a note below, as text."""
+    console = Console(width=140)
+    with console.capture() as capture:
+        console.print(view)
+        console.print(note)
+    return capture.get().rstrip()

@@ -1,0 +1,37 @@
+"""What a result came from: versions of what was used, and a hash of the demonstrations."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib.metadata
+import platform
+from collections.abc import Sequence
+
+import pandas as pd
+
+from ichain_drake.demonstrations import Demonstration
+
+
+def versions() -> dict[str, str]:
+    """Versions that a result may depend on."""
+    names = ("ichain_drake", "drake", "numpy", "scipy", "scikit-learn", "pandas")
+    found = {"python": platform.python_version()}
+    for name in names:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    for name in ("gymnasium", "box2d"):  # an extra
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            found[name] = importlib.metadata.version(name)
+    return found
+
+
+def data_hash(pieces: Sequence[Demonstration]) -> str:
+    """A hash of demonstrations' values, for a library's manifest."""
+    digest = hashlib.sha256()
+    for piece in pieces:
+        digest.update(",".join(piece.table.columns).encode())
+        digest.update(pd.util.hash_pandas_object(piece.table, index=False).to_numpy().tobytes())
+    return digest.hexdigest()
