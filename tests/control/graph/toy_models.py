@@ -47,7 +47,8 @@ class ToyModel:
             probe = self.acts[e](rows[e.parent], rows[e.parent] + 0.05, rows[e.child])
             effects = [SimpleNamespace(variable=i) for i in np.flatnonzero(np.abs(probe).max(axis=0) > 0)]
             examples = SimpleNamespace(active=rows, deactivations=SimpleNamespace(after=ends))
-            self.edges[e] = SimpleNamespace(effects=effects, examples=examples, alignment=None)
+            step = np.full(sizes[e.parent], 0.1)
+            self.edges[e] = SimpleNamespace(effects=effects, examples=examples, alignment=None, active_step=step)
 
     def decide(self, edge, states):
         return self.gates[edge]({n: np.atleast_2d(v) for n, v in states.items()}).reshape(
