@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from ichain_drake.objects.base import ParentStates
-from ichain_drake.objects.vehicle import Vehicle, joined, scaled_noise
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
+from ichain_drake.objects.vehicle import Vehicle, joined, planar_pose, scaled_noise
+from ichain_drake.state import FloatArray, StateSpace, Variable, wrap_angle
 
 
 @dataclass(frozen=True)
@@ -62,9 +61,7 @@ class Hovercraft(Vehicle[HovercraftParameters]):
     state_space: ClassVar[StateSpace] = StateSpace(
         "hovercraft",
         (
-            Variable("x", "px", role=Role("position", frame="screen", axis="x")),
-            Variable("y", "px", role=Role("position", frame="screen", axis="y")),
-            Variable("heading", "rad", -math.pi, math.pi, "angle", role=Role("orientation", frame="screen", axis="z")),
+            *planar_pose("screen", "px"),
             Variable("ahead", "px/s"),
             Variable("aside", "px/s"),
             Variable("yaw_rate", "rad/s"),

@@ -11,8 +11,8 @@ import numpy as np
 from pydrake.geometry import Box, Cylinder, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
-from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ParentStates
+from ichain_drake.objects.knob import KnobControl
 from ichain_drake.state import FloatArray, StateSpace, Variable
 
 FULL_TILT = math.radians(25.0)
@@ -25,7 +25,6 @@ AXIS_STEPS = 127
 """An axis is rounded to 1/127, as an 8-bit device does."""
 
 _CURVE = 1.5
-_TOUCH_ON, _TOUCH_OFF = 1.0, 0.2  # [N]
 _RETURN_TIME = 0.04  # [s] a released stick springs back
 
 
@@ -113,7 +112,7 @@ class JoystickMount:
         return local @ rotation.T + np.array(self.pivot)
 
 
-class Joystick(WorldObject):
+class Joystick(KnobControl[JoystickMount]):
     """The joystick. Its one parent is an object that has a position (x, y): a hand that holds the knob.
 
     Args:
@@ -133,23 +132,8 @@ class Joystick(WorldObject):
             Variable("y_axis", "1", -1.0, 1.0, measured_in="plant"),
         ),
     )
-    immediate: ClassVar[bool] = True
-
-    def __init__(
-        self,
-        name: str,
-        parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
-        mount: JoystickMount | None = None,
-    ) -> None:
-        super().__init__(name, parents, initial, settings)
-        self.mount = mount or JoystickMount()
-        if len(parents) != 1:
-            raise InputError(f"{name}: a joystick has one parent, the hand; {len(parents)} given")
-        ((self._hand, space),) = parents.items()
-        self._xy = position_indices(space, ("x", "y"), name)
-        self._grip = [i for i, v in enumerate(space.variables) if v.kind == "binary"]
+    mount_class: ClassVar[type[JoystickMount]] = JoystickMount
+    knob_axes: ClassVar[tuple[str, ...]] = ("x", "y")
 
     def default_state(self) -> FloatArray:
         """Upright, with the axes that this gives."""
@@ -164,20 +148,10 @@ class Joystick(WorldObject):
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float
     ) -> FloatArray:
         """Held: the knob is where the hand is. Released: the spring brings the stick back."""
-        held = self.mount.tilt_from_knob(parents[self._hand][..., self._xy])
+        held = self.mount.tilt_from_knob(parents[self._hand][..., self._knob])
         free = state[..., :2] * math.exp(-dt / _RETURN_TIME)
         on = np.asarray(active[self._hand])[..., None] > 0.5
         return self.state_at_tilt(np.where(on, held, free))
-
-    def decide_active(
-        self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool], touch: float | None
-    ) -> Mapping[str, bool]:
-        """By contact force where there is a body; else while the hand, if it has a grip, is closed."""
-        if touch is not None:
-            on = touch > (_TOUCH_OFF if active[self._hand] else _TOUCH_ON)
-        else:
-            on = all(parents[self._hand][i] > 0.5 for i in self._grip)
-        return {self._hand: on}
 
     def sample_body(self, body: FloatArray) -> FloatArray:
         """Tilt from the two joint angles, and the axes that it gives."""
@@ -187,19 +161,6 @@ class Joystick(WorldObject):
         """Axes with read noise, rounded to 1/127."""
         read = state[..., self._observable] + READ_NOISE * noise
         return np.clip(np.round(read * AXIS_STEPS) / AXIS_STEPS, -1.0, 1.0)
-
-
-def position_indices(space: StateSpace, axes: tuple[str, ...], where: str) -> list[int]:
-    """Positions in the state vector of a state space's position along each axis.
-
-    Raises:
-        InputError: if one is missing; names it.
-    """
-    found = {v.role.axis: i for i, v in enumerate(space.variables) if v.role and v.role.kind == "position"}
-    for axis in axes:
-        if axis not in found:
-            raise InputError(f"{where}: its parent {space.type} has no position along {axis}")
-    return [found[a] for a in axes]
 
 
 class JoystickDrawing:

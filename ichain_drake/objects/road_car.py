@@ -9,7 +9,6 @@ Symposium 2017, and its vehicle models' tyre file (lateral friction 1.0489, stif
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -17,9 +16,9 @@ from typing import ClassVar
 import numpy as np
 
 from ichain_drake.objects.base import ParentStates
-from ichain_drake.objects.vehicle import Vehicle, joined, scaled_noise
+from ichain_drake.objects.vehicle import Vehicle, joined, planar_pose, scaled_noise
 from ichain_drake.objects.wheel import TRAVEL
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
+from ichain_drake.state import FloatArray, StateSpace, Variable, wrap_angle
 
 CAR_LENGTH = 4.508
 """Length of the car [m] (Althoff et al. 2017, vehicle 2)."""
@@ -77,9 +76,7 @@ class RoadCar(Vehicle[RoadCarParameters]):
     state_space: ClassVar[StateSpace] = StateSpace(
         "road_car",
         (
-            Variable("x", "m", role=Role("position", frame="ground", axis="x")),
-            Variable("y", "m", role=Role("position", frame="ground", axis="y")),
-            Variable("heading", "rad", -math.pi, math.pi, "angle", role=Role("orientation", frame="ground", axis="z")),
+            *planar_pose("ground", "m"),
             Variable("speed", "m/s"),
             Variable("yaw_rate", "rad/s"),
             Variable("slip", "m/s", hidden=True),

@@ -17,9 +17,9 @@ from typing import ClassVar
 import numpy as np
 
 from ichain_drake.objects.base import ParentStates
-from ichain_drake.objects.vehicle import Vehicle, joined, scaled_noise
+from ichain_drake.objects.vehicle import Vehicle, joined, planar_pose, scaled_noise
 from ichain_drake.objects.wheel import TRAVEL
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
+from ichain_drake.state import FloatArray, StateSpace, Variable, wrap_angle
 
 SHIP_LENGTH = 160.93 / 100
 """Length of the ship [m]."""
@@ -81,9 +81,7 @@ class Ship(Vehicle[ShipParameters]):
     state_space: ClassVar[StateSpace] = StateSpace(
         "ship",
         (
-            Variable("x", "m", role=Role("position", frame="sea", axis="x")),
-            Variable("y", "m", role=Role("position", frame="sea", axis="y")),
-            Variable("heading", "rad", -math.pi, math.pi, "angle", role=Role("orientation", frame="sea", axis="z")),
+            *planar_pose("sea", "m"),
             Variable("surge", "m/s"),
             Variable("sway", "m/s"),
             Variable("rudder", "rad"),

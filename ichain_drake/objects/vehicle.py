@@ -10,7 +10,7 @@ import numpy as np
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 ParametersT = TypeVar("ParametersT")
 
@@ -59,6 +59,20 @@ class Vehicle(WorldObject, Generic[ParametersT]):
         on, driver = active[self._driver], parents[self._driver]
         first, second = self._inputs
         return on * driver[..., first], on * driver[..., second]
+
+
+def planar_pose(frame: str, unit: str) -> tuple[Variable, Variable, Variable]:
+    """Variables x, y and heading of one pose in a plane.
+
+    Args:
+        frame: of the pose.
+        unit: of x and y; the heading is in rad.
+    """
+    return (
+        Variable("x", unit, role=Role("position", frame=frame, axis="x")),
+        Variable("y", unit, role=Role("position", frame=frame, axis="y")),
+        Variable("heading", "rad", -math.pi, math.pi, "angle", role=Role("orientation", frame=frame, axis="z")),
+    )
 
 
 def scaled_noise(noise: FloatArray, deviations: Sequence[float], dt: float) -> list[FloatArray]:

@@ -11,9 +11,8 @@ import numpy as np
 from pydrake.geometry import Box, Capsule, Cylinder
 from pydrake.math import RigidTransform, RotationMatrix
 
-from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
-from ichain_drake.objects.joystick import position_indices
+from ichain_drake.objects.base import ParentStates
+from ichain_drake.objects.knob import KnobControl
 from ichain_drake.state import FloatArray, StateSpace, Variable
 
 TRAVEL = 0.025
@@ -22,7 +21,6 @@ TRAVEL = 0.025
 READ_NOISE = (0.002, 0.0001)
 """Standard deviations of the readings of angle [rad] and slide [m]."""
 
-_TOUCH_ON, _TOUCH_OFF = 1.0, 0.2  # [N]
 _RETURN_TIME = 0.03  # [s] a released column springs back; the angle stays
 _LIMIT = math.radians(150.0)
 _RIM, _SPOKES = 24, 3
@@ -60,7 +58,7 @@ class WheelMount:
         return np.stack([np.clip(angle, -_LIMIT, _LIMIT), np.clip(slide, -TRAVEL, TRAVEL)], axis=-1)
 
 
-class Wheel(WorldObject):
+class Wheel(KnobControl[WheelMount]):
     """The wheel. Its one parent is an object that has a position (x, y, z): a hand that holds the knob.
 
     Args:
@@ -79,42 +77,17 @@ class Wheel(WorldObject):
             Variable("slide", "m", -0.03, 0.03, measured_in="plant"),
         ),
     )
-    immediate: ClassVar[bool] = True
-
-    def __init__(
-        self,
-        name: str,
-        parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
-        mount: WheelMount | None = None,
-    ) -> None:
-        super().__init__(name, parents, initial, settings)
-        self.mount = mount or WheelMount()
-        if len(parents) != 1:
-            raise InputError(f"{name}: a wheel has one parent, the hand; {len(parents)} given")
-        ((self._hand, space),) = parents.items()
-        self._xyz = position_indices(space, ("x", "y", "z"), name)
-        self._grip = [i for i, v in enumerate(space.variables) if v.kind == "binary"]
+    mount_class: ClassVar[type[WheelMount]] = WheelMount
+    knob_axes: ClassVar[tuple[str, ...]] = ("x", "y", "z")
 
     def step(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float
     ) -> FloatArray:
         """Held: the knob is where the hand is. Released: the spring brings the column back, the angle stays."""
-        held = self.mount.wheel_from_knob(parents[self._hand][..., self._xyz])
+        held = self.mount.wheel_from_knob(parents[self._hand][..., self._knob])
         free = state * [1.0, math.exp(-dt / _RETURN_TIME)]
         on = np.asarray(active[self._hand])[..., None] > 0.5
         return np.where(on, held, free)
-
-    def decide_active(
-        self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool], touch: float | None
-    ) -> Mapping[str, bool]:
-        """By contact force where there is a body; else while the hand, if it has a grip, is closed."""
-        if touch is not None:
-            on = touch > (_TOUCH_OFF if active[self._hand] else _TOUCH_ON)
-        else:
-            on = all(parents[self._hand][i] > 0.5 for i in self._grip)
-        return {self._hand: on}
 
     def sample_body(self, body: FloatArray) -> FloatArray:
         """Angle and slide from the joints: slide, turn, and the knob's spin."""

@@ -1,0 +1,76 @@
+"""What controls share that a hand holds by a knob, a joystick and a wheel: their one parent, and when it holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Generic, TypeVar
+
+from ichain_drake.errors import InputError
+from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.state import FloatArray, StateSpace
+
+MountT = TypeVar("MountT")
+
+_TOUCH_ON, _TOUCH_OFF = 1.0, 0.2  # [N]
+
+
+class KnobControl(WorldObject, Generic[MountT]):
+    """A control that mirrors, while it is held, where the hand has its knob.
+
+    A subclass has a `state_space`, `mount_class`, `knob_axes`, and a `step`.
+
+    Args:
+        mount: where it stands; the class's default if None.
+        parents, initial, settings: see `WorldObject`.
+
+    Raises:
+        InputError: if there is not one parent, or it has no position along `knob_axes`.
+    """
+
+    immediate: ClassVar[bool] = True
+    mount_class: ClassVar[type[Any]]
+    """Says where it stands; has a default for everything."""
+
+    knob_axes: ClassVar[tuple[str, ...]]
+    """Axes along which the hand's position moves the knob."""
+
+    mount: MountT
+
+    def __init__(
+        self,
+        name: str,
+        parents: Mapping[str, StateSpace],
+        initial: FloatArray | None = None,
+        settings: ObjectSettings | None = None,
+        mount: MountT | None = None,
+    ) -> None:
+        super().__init__(name, parents, initial, settings)
+        self.mount = self.mount_class() if mount is None else mount
+        if len(parents) != 1:
+            raise InputError(f"{name}: a {self.state_space.type} has one parent, the hand; {len(parents)} given")
+        ((self._hand, space),) = parents.items()
+        self._knob = position_indices(space, self.knob_axes, name)
+        self._grip = [i for i, v in enumerate(space.variables) if v.kind == "binary"]
+
+    def decide_active(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool], touch: float | None
+    ) -> Mapping[str, bool]:
+        """By contact force where there is a body; else while the hand, if it has a grip, is closed."""
+        if touch is not None:
+            on = touch > (_TOUCH_OFF if active[self._hand] else _TOUCH_ON)
+        else:
+            on = all(parents[self._hand][i] > 0.5 for i in self._grip)
+        return {self._hand: on}
+
+
+def position_indices(space: StateSpace, axes: tuple[str, ...], where: str) -> list[int]:
+    """Positions in the state vector of a state space's position along each axis.
+
+    Raises:
+        InputError: if one is missing; names it.
+    """
+    found = {v.role.axis: i for i, v in enumerate(space.variables) if v.role and v.role.kind == "position"}
+    for axis in axes:
+        if axis not in found:
+            raise InputError(f"{where}: its parent {space.type} has no position along {axis}")
+    return [found[a] for a in axes]
