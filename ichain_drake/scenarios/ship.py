@@ -78,15 +78,17 @@ class ShipVoyage(WheelDrive):
         )
 
     def reference_paths(self) -> Mapping[str, FloatArray]:
-        """A figure eight (the lemniscate of Bernoulli), and a winding channel."""
+        """A figure eight (the lemniscate of Bernoulli), a winding channel, an oval, and wide bends."""
         return reference_paths()
 
 
 def reference_paths(points: int = 4000) -> dict[str, FloatArray]:
-    """The two reference paths [m], shape (points, 2) each."""
+    """The four reference paths [m], shape (points, 2) each."""
     t = np.linspace(-np.pi / 2, 3 * np.pi / 2, points)
     lemniscate = np.stack([np.cos(t), np.sin(t) * np.cos(t)], axis=1) / (1 + np.sin(t) ** 2)[:, None]
     eight = [20.0, 15.0] + 15.5 * lemniscate
     s = np.linspace(0.0, 1.0, points)
     channel = np.stack([5 + 30 * s, 10 + 10 * s + 1.2 * np.sin(3 * np.pi * s)], axis=1)
-    return {"eight": eight, "channel": channel}
+    oval = [20.0, 15.0] + np.stack([14.0 * np.cos(t), 10.5 * np.sin(t)], axis=1)
+    bends = np.stack([4 + 32 * s, 15 + 4 * np.sin(2.5 * np.pi * s + 0.4)], axis=1)
+    return {"eight": eight, "channel": channel, "oval": oval, "bends": bends}
