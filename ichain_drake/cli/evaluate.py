@@ -58,9 +58,7 @@ def _format(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
 def _format_link(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
     if not table:
         return ""
-    child = scenario.graph.objects[scenario.graph.chain(scenario.target)[1]]
-    units = ", ".join(dict.fromkeys(v.unit for v in child.observable.variables))
-    view = Table("first link", "samples", f"rms error ({units})", "largest of a seed", "held", box=None)
+    view = Table("first link", "samples", f"rms error ({table[0]['unit']})", "largest of a seed", "held", box=None)
     for line in table:
         error = "-" if line["mean_error"] is None else f"{line['mean_error']:.4f} +- {line['std_error']:.4f}"
         largest = "-" if line["max_error"] is None else f"{line['max_error']:.4f}"

@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, State
 
 from ichain_drake.control.move_to import MoveTo
 from ichain_drake.control.path import TimedPath
+from ichain_drake.control.ticks import TickSystem
 from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
+from ichain_drake.timing import TICK
 
 _SEARCH_TICKS = 4.0
 
 
-class Controller(LeafSystem):
+class Controller(TickSystem):
     """Closes the loop around a chain with `MoveTo` (paper, Algorithm 1).
-
-    A decision is taken in an unrestricted update, which Drake runs before the discrete updates of the same instant: a
-    decision read from states at t is in force in the frame that starts at t.
 
     Ports: an input per object of the chain, named after it, for its `measured`; `target`, the wanted values of the
     last object's target variables in the coming ticks, flattened (lookahead x n_targets). Outputs `hand_command`, and
@@ -41,8 +39,7 @@ class Controller(LeafSystem):
         initial_command: FloatArray,
         inputs: Sequence[int] | None = None,
     ) -> None:
-        super().__init__()
-        self.set_name("controller")
+        super().__init__("controller")
         self.policy = policy
         self._n_targets = n_targets
         sizes = [len(s) for s in chain.values()] if inputs is None else list(inputs)
@@ -51,17 +48,12 @@ class Controller(LeafSystem):
         self._command = self.DeclareDiscreteState(np.asarray(initial_command, dtype=float))
         self._wanted = self.DeclareDiscreteState(sum(sizes[:-1]))
         self._memory = self.DeclareDiscreteState(policy.memory_size)
-        self._frame = self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("hand_command", self._command)
         self.DeclareStateOutputPort("wanted", self._wanted)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
 
-    def _decide(self, context: Context, state: State) -> None:
-        frame = int(context.get_discrete_state(self._frame).value()[0])
+    def decide(self, context: Context, state: State, tick: int) -> None:
+        """Ask the policy."""
         discrete = state.get_mutable_discrete_state()
-        discrete.set_value(self._frame, [frame + 1])
-        if frame % FRAMES_PER_TICK:
-            return
         states = [port.Eval(context)[None] for port in self._ports]
         wanted = self._target.Eval(context).reshape(1, -1, self._n_targets)
         memory = context.get_discrete_state(self._memory).value()[None]
@@ -71,7 +63,7 @@ class Controller(LeafSystem):
         discrete.set_value(self._wanted, np.concatenate([w[0] for w in handed_down]))
 
 
-class PathFollower(LeafSystem):
+class PathFollower(TickSystem):
     """Follows a timed path: where the object should be in the coming ticks, from where it is now.
 
     Ports: input `measured` of the object; outputs `target` (lookahead x 2 wanted positions, flattened) and `progress`
@@ -85,17 +77,14 @@ class PathFollower(LeafSystem):
     """
 
     def __init__(self, path: TimedPath, space: StateSpace, targets: Sequence[int], lookahead: int) -> None:
-        super().__init__()
-        self.set_name("follower")
+        super().__init__("follower")
         self.path = path
         self._targets = list(targets)
         self._ahead = TICK * np.arange(1, lookahead + 1)
         self._measured = self.DeclareVectorInputPort("measured", len(space))
         self._progress = self.DeclareDiscreteState(1)
-        self._frame = self.DeclareDiscreteState(1)
         self.DeclareVectorOutputPort("target", 2 * lookahead, self._calc_target)
         self.DeclareStateOutputPort("progress", self._progress)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._advance)
 
     def _reached(self, context: Context) -> int:
         position = self._measured.Eval(context)[self._targets]
@@ -106,9 +95,6 @@ class PathFollower(LeafSystem):
         now = self.path.time[self._reached(context)]
         output.SetFromVector(self.path.at_time(now + self._ahead).ravel())
 
-    def _advance(self, context: Context, state: State) -> None:
-        frame = int(context.get_discrete_state(self._frame).value()[0])
-        discrete = state.get_mutable_discrete_state()
-        discrete.set_value(self._frame, [frame + 1])
-        if frame % FRAMES_PER_TICK == 0:
-            discrete.set_value(self._progress, [self._reached(context)])
+    def decide(self, context: Context, state: State, tick: int) -> None:
+        """Remember how far it has come."""
+        state.get_mutable_discrete_state().set_value(self._progress, [self._reached(context)])

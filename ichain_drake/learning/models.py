@@ -19,8 +19,30 @@ ActionKind = Literal["next", "current", "both"]
 both: where the parent came from matters when it takes part of the tick to arrive."""
 
 
+class _LinkModel:
+    """What the two models of an interaction make of their spaces, features and origin."""
+
+    child_space: StateSpace
+    parent_space: StateSpace
+    features: FeatureKind
+    origin: Origin | None
+
+    @cached_property
+    def _offset(self) -> FloatArray | None:
+        return None if self.origin is None else self.origin.offset(self.parent_space)
+
+    @cached_property
+    def _child_features(self) -> StateFeatures:
+        return StateFeatures(self.child_space, self.features)
+
+    @cached_property
+    def code(self) -> ChangeCode:
+        """How a change of the child is coded."""
+        return ChangeCode(self.child_space, self.features)
+
+
 @dataclass(frozen=True)
-class ForwardModel:
+class ForwardModel(_LinkModel):
     """Tr: the child's next state from its state and its parent's (paper sec. III).
 
     Attributes:
@@ -40,21 +62,8 @@ class ForwardModel:
     origin: Origin | None = None
 
     @cached_property
-    def _offset(self) -> FloatArray | None:
-        return None if self.origin is None else self.origin.offset(self.parent_space)
-
-    @cached_property
-    def _child_features(self) -> StateFeatures:
-        return StateFeatures(self.child_space, self.features)
-
-    @cached_property
     def _parent_features(self) -> StateFeatures:
         return StateFeatures(self.parent_space, "raw")
-
-    @cached_property
-    def code(self) -> ChangeCode:
-        """How a change of the child is coded."""
-        return ChangeCode(self.child_space, self.features)
 
     def inputs(self, child: NDArray, parent: NDArray, parent_next: NDArray) -> NDArray:
         """Regression inputs, shape (..., n_in), from states of shape (..., n)."""
@@ -120,7 +129,7 @@ class ForwardModel:
 
 
 @dataclass(frozen=True)
-class InverseModel:
+class InverseModel(_LinkModel):
     """Tr^-1: the parent state that makes a wanted change of the child (paper sec. III).
 
     Attributes:
@@ -143,18 +152,6 @@ class InverseModel:
     upper: FloatArray
     origin: Origin | None = None
 
-    @cached_property
-    def _offset(self) -> FloatArray | None:
-        return None if self.origin is None else self.origin.offset(self.parent_space)
-
-    @cached_property
-    def _child_features(self) -> StateFeatures:
-        return StateFeatures(self.child_space, self.features)
-
-    @cached_property
-    def _code(self) -> ChangeCode:
-        return ChangeCode(self.child_space, self.features)
-
     def inputs(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
         """Regression inputs, shape (n, n_in).
 
@@ -164,7 +161,7 @@ class InverseModel:
         """
         goal = child.copy()
         goal[..., list(self.targets)] = wanted
-        change = self._code.encode(child, goal)[..., list(self.targets)]
+        change = self.code.encode(child, goal)[..., list(self.targets)]
         return np.concatenate([self._child_features(child), change], axis=-1)
 
     def __call__(self, child: FloatArray, wanted: FloatArray) -> FloatArray:

@@ -12,7 +12,9 @@ from scipy.special import ndtri
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.hand_reading import HandReading
+from ichain_drake.objects.parents import only_hand
 from ichain_drake.objects.region import Region
+from ichain_drake.objects.touch import TouchRule
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 LEVELS = 6
@@ -20,7 +22,7 @@ LEVELS = 6
 
 _MISREAD = 0.03  # probability that a reading is one off, at noise scale 1
 _STICKY = 0.15  # levels by which a rounding threshold must be passed
-_TOUCH_ON, _TOUCH_OFF = 0.3, 0.05  # [N]
+_TOUCH = TouchRule(0.3, 0.05)
 _HIGH = 0.5  # [m] the region over a button has no floor: what is below its top presses it
 
 
@@ -86,9 +88,7 @@ class Button(WorldObject):
         self.mount = mount or ButtonMount()
         if not (self.mount.travel > 0 and self.mount.stiff > 0 and self.mount.reach > 0):
             raise InputError(f"{name}: travel, reach and stiff of a button are above 0; got {self.mount}")
-        if len(parents) != 1:
-            raise InputError(f"{name}: a button has one parent, the hand; {len(parents)} given")
-        ((self._hand, space),) = parents.items()
+        self._hand, space = only_hand(parents, name, "a button")
         self._read = HandReading(space, name)
         x, y, _ = self.mount.top
         reach, touch = self.mount.reach, self.mount.touch_height
@@ -124,7 +124,7 @@ class Button(WorldObject):
         if on and touch is None:
             on = self.region.holds(self._read.position(hand).tolist(), active[self._hand])
         elif touch is not None:
-            on = touch > (_TOUCH_OFF if active[self._hand] else _TOUCH_ON)
+            on = _TOUCH.holds(touch, active[self._hand])
         return {self._hand: on}
 
     def sample_body(self, body: FloatArray) -> FloatArray:

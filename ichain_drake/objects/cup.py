@@ -7,14 +7,15 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
-from ichain_drake.objects.cup_settings import CupSettings
+from ichain_drake.objects.cup_settings import BoolArray, CupSettings
 from ichain_drake.objects.fault_clock import FaultClock
 from ichain_drake.objects.hand_reading import HandReading
+from ichain_drake.objects.parents import hand_among, position_indices
+from ichain_drake.objects.touch import TouchRule
 from ichain_drake.objects.vessel import (
     AMOUNT_NOISE,
     CAPACITY,
@@ -22,7 +23,6 @@ from ichain_drake.objects.vessel import (
     bookkeeping,
     contents,
     fill,
-    mouth_indices,
     vessels,
 )
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
@@ -39,11 +39,8 @@ UPRIGHT = 0.3
 _POUR_RATE = 2.0  # 1/s; what is too much leaves exponentially
 _DROPS = 1e-6  # less stays in
 _LIFTED = 0.02  # m above its support: only then a grasp slips
-_TOUCH_ON, _TOUCH_OFF = 2.0, 0.5  # N
+_TOUCH = TouchRule(2.0, 0.5)
 _CUT = 0.5
-
-
-BoolArray = NDArray[np.bool_]
 
 _ATTACHMENT = ("lean", "held", "offset_x", "offset_y", "offset_z", "axis_x", "axis_y", "axis_z", "grip", "age")
 
@@ -89,9 +86,7 @@ class Cup(WorldObject):
     ) -> None:
         self.cup = cup or CupSettings()
         tanks = vessels(parents)
-        hands = [p for p in parents if p not in tanks and p not in self._heaters]
-        if len(hands) != 1:
-            raise InputError(f"{name}: a cup has one hand among its parents; {len(hands)} given")
+        self._hand = hand_among(parents, [*tanks, *self._heaters], name, "a cup")
         for tank in tanks:
             if (tank in self.cup.outlets) == (tank in self.cup.inlets):
                 raise InputError(
@@ -100,10 +95,9 @@ class Cup(WorldObject):
                 )
         self.state_space = self.space(tanks)  # type: ignore[misc]
         super().__init__(name, parents, initial, settings)
-        self._hand = hands[0]
         self._read = HandReading(parents[self._hand], name, grips=True)
         self._exchange = Exchange(name, self.state_space, parents)
-        self._pourers = {t: mouth_indices(parents[t], name, t) for t in tanks if t in self.cup.inlets}
+        self._pourers = {t: position_indices(parents[t], "xyz", name, t) for t in tanks if t in self.cup.inlets}
         index = self.state_space.index
         self._water, self._lean, self._holding = index("water"), index("lean"), index("held")
         self._offset, self._axis = index("offset_x"), index("axis_x")
@@ -141,8 +135,7 @@ class Cup(WorldObject):
         x, y = x - self.cup.mouth[0], y - self.cup.mouth[1]
         below: FloatArray = np.zeros_like(x)
         for s in self.cup.surfaces:
-            over = (s.x[0] <= x) & (x <= s.x[1]) & (s.y[0] <= y) & (y <= s.y[1])
-            over &= z - self.cup.height > s.height - 0.5 * self.cup.height
+            over = s.reaches(x, y) & (z - self.cup.height > s.height - 0.5 * self.cup.height)
             below = np.where(over, np.maximum(below, s.height), below)
         return below
 
@@ -230,7 +223,7 @@ class Cup(WorldObject):
     ) -> bool:
         was = active[self._hand]
         if touch is not None:
-            return touch > (_TOUCH_OFF if was else _TOUCH_ON)
+            return _TOUCH.holds(touch, was)
         if was:
             return not self._slips_now(state, rim)
         relative = (self._read.position(hand) - rim).tolist()

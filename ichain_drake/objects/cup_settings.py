@@ -5,8 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.objects.region import Region
+from ichain_drake.state import FloatArray
+
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -21,6 +27,10 @@ class Surface:
     x: tuple[float, float]
     y: tuple[float, float]
     height: float
+
+    def reaches(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Whether it is above or below a place of the robot's frame [m], shape (...) each."""
+        return (self.x[0] <= x) & (x <= self.x[1]) & (self.y[0] <= y) & (y <= self.y[1])
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,17 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
 from ichain_drake.objects.camera import CameraFrame
-from ichain_drake.objects.cup_settings import CupFaults, Surface
+from ichain_drake.objects.cup_settings import BoolArray, CupFaults, Surface
 from ichain_drake.objects.fault_clock import COUNTED, FaultClock
 from ichain_drake.objects.hand_reading import HandReading
+from ichain_drake.objects.parents import hand_among
 from ichain_drake.objects.region import Region
+from ichain_drake.objects.touch import TouchRule
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 POSITION_NOISE = 0.0015
@@ -25,11 +26,9 @@ POSITION_NOISE = 0.0015
 TEMPERATURE_NOISE = 0.004
 """Standard deviation of a reading of the temperature."""
 
-_TOUCH_ON, _TOUCH_OFF = 2.0, 0.5  # N
+_TOUCH = TouchRule(2.0, 0.5)
 _LIFTED = 0.015  # m above its support: only then a grasp slips
 _CUT = 0.5
-
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -123,10 +122,7 @@ class Food(WorldObject):
                 raise InputError(
                     f"{name}: {part} is not among its parents {', '.join(parents)}; name it in OvenSettings"
                 )
-        hands = [p for p in parents if p not in (oven.door, oven.button, oven.dial)]
-        if len(hands) != 1:
-            raise InputError(f"{name}: food has one hand among its parents; {len(hands)} given")
-        self._hand = hands[0]
+        self._hand = hand_among(parents, (oven.door, oven.button, oven.dial), name, "food")
         self._read = HandReading(parents[self._hand], name, grips=True)
         index = self.state_space.index
         self._temperature, self._holding, self._offset = index("temperature"), index("held"), index("offset_x")
@@ -166,8 +162,7 @@ class Food(WorldObject):
         """Height of what is below food [m], for a position of its middle in the robot's frame [m]."""
         below: FloatArray = np.zeros_like(x)
         for s in self.food.surfaces:
-            over = (s.x[0] <= x) & (x <= s.x[1]) & (s.y[0] <= y) & (y <= s.y[1]) & (z > s.height)
-            below = np.where(over, np.maximum(below, s.height), below)
+            below = np.where(s.reaches(x, y) & (z > s.height), np.maximum(below, s.height), below)
         return below
 
     def step(
@@ -235,7 +230,7 @@ class Food(WorldObject):
         if not hand[self._read.grip_index] > _CUT:
             return False
         if touch is not None:
-            return touch > (_TOUCH_OFF if was else _TOUCH_ON)
+            return _TOUCH.holds(touch, was)
         at = self._read.position(hand)
         if was:
             k = self._offset

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ichain_drake.errors import InputError
+from ichain_drake.objects.parents import position_indices
 from ichain_drake.state import FloatArray, StateSpace
 
 _AXES = ("x", "y", "z")
@@ -28,20 +29,15 @@ class HandReading:
     """
 
     def __init__(self, space: StateSpace, where: str, *, grips: bool = False) -> None:
-        place, turn, grip = {}, {}, None
+        self._place = position_indices(space, _AXES, where)
+        turn, grip = {}, None
         for i, variable in enumerate(space.variables):
-            if variable.role is not None and variable.role.kind == "position":
-                place[variable.role.axis] = i
-            elif variable.role is not None and variable.role.kind == "orientation":
+            if variable.role is not None and variable.role.kind == "orientation":
                 turn[variable.role.axis] = i
             elif variable.kind == "binary":
                 grip = i
-        for axis in _AXES:
-            if axis not in place:
-                raise InputError(f"{where}: its parent {space.type} has no position along {axis}")
         if grips and grip is None:
             raise InputError(f"{where}: its parent {space.type} has no grip, a binary variable")
-        self._place = [place[a] for a in _AXES]
         self._roll, self._pitch, self._yaw = (turn.get(a) for a in _AXES)
         self.grip_index = grip
 

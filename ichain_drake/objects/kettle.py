@@ -12,6 +12,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates
 from ichain_drake.objects.cup import UPRIGHT, Cup, inclination
 from ichain_drake.objects.cup_settings import CupSettings
+from ichain_drake.objects.parents import level_index
 from ichain_drake.objects.region import Region
 from ichain_drake.objects.vessel import CAPACITY
 from ichain_drake.state import FloatArray, StateSpace, Variable
@@ -71,13 +72,11 @@ class Kettle(Cup):
     ) -> None:
         self.kettle = kettle or KettleSettings()
         switch = self.kettle.switch
-        if switch and (switch not in parents or not len(parents[switch].role_indices("level"))):
-            raise InputError(f"{name}: {switch!r} is to be the switch that heats it, but is no parent with a level")
+        self._level = level_index(parents, switch, name, "the switch that heats it") if switch else -1
         if not (self.kettle.heat_rate > 0 and self.kettle.spout_emptying > 0):
             raise InputError(f"{name}: heat_rate and spout_emptying must be above 0; correct KettleSettings")
         self._heaters = (switch,) if switch else ()
         super().__init__(name, parents, initial, settings, cup)
-        self._level = int(parents[switch].role_indices("level")[0]) if switch else -1
         self._heat = self.state_space.index("heat_added")
 
     def step(

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
-from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.parents import only_hand, position_indices
+from ichain_drake.objects.touch import TouchRule
 from ichain_drake.state import FloatArray, StateSpace
 
 MountT = TypeVar("MountT")
 
-_TOUCH_ON, _TOUCH_OFF = 1.0, 0.2  # [N]
+_TOUCH = TouchRule(1.0, 0.2)
 
 
 class KnobControl(WorldObject, Generic[MountT]):
@@ -46,9 +47,7 @@ class KnobControl(WorldObject, Generic[MountT]):
     ) -> None:
         super().__init__(name, parents, initial, settings)
         self.mount = self.mount_class() if mount is None else mount
-        if len(parents) != 1:
-            raise InputError(f"{name}: a {self.state_space.type} has one parent, the hand; {len(parents)} given")
-        ((self._hand, space),) = parents.items()
+        self._hand, space = only_hand(parents, name, f"a {self.state_space.type}")
         self._knob = position_indices(space, self.knob_axes, name)
         self._grip = [i for i, v in enumerate(space.variables) if v.kind == "binary"]
 
@@ -57,20 +56,7 @@ class KnobControl(WorldObject, Generic[MountT]):
     ) -> Mapping[str, bool]:
         """By contact force where there is a body; else while the hand, if it has a grip, is closed."""
         if touch is not None:
-            on = touch > (_TOUCH_OFF if active[self._hand] else _TOUCH_ON)
+            on = _TOUCH.holds(touch, active[self._hand])
         else:
             on = all(parents[self._hand][i] > 0.5 for i in self._grip)
         return {self._hand: on}
-
-
-def position_indices(space: StateSpace, axes: tuple[str, ...], where: str) -> list[int]:
-    """Positions in the state vector of a state space's position along each axis.
-
-    Raises:
-        InputError: if one is missing; names it.
-    """
-    found = {v.role.axis: i for i, v in enumerate(space.variables) if v.role and v.role.kind == "position"}
-    for axis in axes:
-        if axis not in found:
-            raise InputError(f"{where}: its parent {space.type} has no position along {axis}")
-    return [found[a] for a in axes]

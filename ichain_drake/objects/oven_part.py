@@ -42,12 +42,14 @@ class PartMount:
         travel: its coordinate goes from 0 to this [m or rad].
         axis: direction of a sliding part.
         reach: half-widths of the box around the grasping point in which a closing hand takes hold of it [m].
+        stiff: how far a hand goes for one unit of the way of the part; the fingers slip on one that is stiff.
     """
 
     point: tuple[float, float, float]
     travel: float
     axis: str = "x"
     reach: tuple[float, float, float] = (0.015, 0.015, 0.02)
+    stiff: float = 1.0
 
 
 class OvenPart(WorldObject):
@@ -69,8 +71,10 @@ class OvenPart(WorldObject):
         initial: FloatArray | None = None,
         settings: ObjectSettings | None = None,
     ) -> None:
-        if not (mount.travel > 0 and mount.axis in _AXES and min(mount.reach) > 0):
-            raise InputError(f"{name}: travel and reach of a part are above 0, its axis is x, y or z; got {mount}")
+        if not (mount.travel > 0 and mount.axis in _AXES and min(mount.reach) > 0 and mount.stiff > 0):
+            raise InputError(
+                f"{name}: travel, reach and stiff of a part are above 0, its axis is x, y or z; got {mount}"
+            )
         if len(parents) != 1:
             raise InputError(f"{name}: a part has one parent, the hand; {len(parents)} given")
         self.mount = mount
@@ -120,14 +124,15 @@ class OvenPart(WorldObject):
         return new
 
     def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
-        """While held, the coordinate follows the hand; beyond an end the hand slips along."""
+        """While held, the coordinate follows the hand; beyond an end, and where it is stiff, the hand slips along."""
         held, was = np.asarray(active[self._hand]) > _CUT, state[..., self._holding] > _CUT
         if self.settings.body_size or not np.any(held | was):
             return state
         s = np.array(state, dtype=float).T
         hand, k = self.coordinate_of_hand(parents[self._hand]), self.coordinate_index
         s[self._offset] = np.where(held.T & ~was.T, s[k] - hand, s[self._offset])
-        end = np.clip(s[k] + _turned(hand + s[self._offset] - s[k]), 0.0, self.mount.travel)
+        pushed = _turned(hand + s[self._offset] - s[k]) / self.mount.stiff
+        end = np.clip(s[k] + pushed, 0.0, self.mount.travel)
         s[k] = np.where(held.T, end, s[k])
         s[self._offset] = np.where(held.T, s[k] - hand, s[self._offset])
         s[self._holding] = held.T

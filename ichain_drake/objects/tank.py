@@ -11,8 +11,9 @@ import numpy as np
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.objects.parents import level_index, position_indices
 from ichain_drake.objects.region import Region
-from ichain_drake.objects.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill, mouth_indices
+from ichain_drake.objects.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill
 from ichain_drake.state import FloatArray, StateSpace, Variable
 
 _THRESHOLD = 3  # a level above it triggers (paper sec. VI)
@@ -67,9 +68,7 @@ class Tank(WorldObject):
     ) -> None:
         self.tank = tank or TankSettings()
         buttons = {self.tank.drain, self.tank.heater} - {""}
-        for button in sorted(buttons):
-            if button not in parents or not len(parents[button].role_indices("level")):
-                raise InputError(f"{name}: {button!r} is to be a button that acts on it, but is no parent with a level")
+        self._levels = {b: level_index(parents, b, name, "a button that acts on it") for b in sorted(buttons)}
         cups = [p for p in parents if p not in buttons]
         for cup in cups:
             if "flow" not in parents[cup].names:
@@ -78,8 +77,7 @@ class Tank(WorldObject):
         super().__init__(name, parents, initial, settings)
         self._exchange = Exchange(name, self.state_space, parents)
         self._heat = self.state_space.index("heat_added")
-        self._cups = {c: mouth_indices(parents[c], name, c) for c in cups}
-        self._levels = {b: int(parents[b].role_indices("level")[0]) for b in buttons}
+        self._cups = {c: position_indices(parents[c], "xyz", name, c) for c in cups}
 
     def state_at(self, amount: float, temperature: float) -> FloatArray:
         """A state with this content, at rest, shape (n_variables,).

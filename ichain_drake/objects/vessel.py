@@ -57,24 +57,6 @@ def vessels(parents: Mapping[str, StateSpace]) -> list[str]:
     return [name for name, space in parents.items() if len(space.role_indices("amount"))]
 
 
-def mouth_indices(space: StateSpace, name: str, parent: str) -> list[int]:
-    """Indices of a vessel's position: that of its mouth, where water goes in or out.
-
-    Args:
-        space: state space of the vessel.
-        name: the object that reads, for errors.
-        parent: the vessel, for errors.
-
-    Raises:
-        InputError: if it has no position along x, y or z.
-    """
-    found = {v.role.axis: i for i, v in enumerate(space.variables) if v.role and v.role.kind == "position"}
-    for axis in ("x", "y", "z"):
-        if axis not in found:
-            raise InputError(f"{name}: its parent {parent} has no position along {axis}")
-    return [found[a] for a in ("x", "y", "z")]
-
-
 def fill(space: StateSpace, state: FloatArray, amount: float, temperature: float, where: str) -> None:
     """Let a vessel hold an amount of a temperature since ever, in place.
 

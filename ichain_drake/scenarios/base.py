@@ -158,8 +158,8 @@ class PathScenario(Scenario):
     target_length: ClassVar[float | None] = None
     """Length of the object that follows, in the unit; errors are then reported in lengths too."""
 
-    has_oracle: ClassVar[bool] = True
-    """Whether predictive control with the true model can be run for comparison."""
+    no_oracle: ClassVar[str] = ""
+    """Why predictive control with the true model can't be run for comparison; empty where it can."""
 
     oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(effort=0.02)
     """What the oracle weighs; that of the car game was chosen on seeds 100 to 105, which no report uses."""

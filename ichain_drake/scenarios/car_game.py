@@ -5,42 +5,24 @@ candidate lists of `models/scenarios/car_game.yaml`. Everything else is learned.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pydrake.math import RigidTransform
 
-from ichain_drake.objects import Car, Joystick, ObjectSettings
-from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.joystick_game import JOYSTICK, JoystickGame, JoystickGameConfig
-from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.visualization import GameScreen
+from ichain_drake.objects import Car
+from ichain_drake.scenarios.joystick_game import JoystickGame
+from ichain_drake.state import FloatArray
 
 CAR = "car"
-
-
-@dataclass
-class CarGameConfig(JoystickGameConfig):
-    """Configuration of the car game."""
 
 
 class CarGame(JoystickGame):
     """See the module's description and `Scenario`."""
 
     name: ClassVar[str] = "car_game"
-    config_class: ClassVar[type[ScenarioConfig]] = CarGameConfig
     target: ClassVar[str] = CAR
+    target_type: ClassVar[type[Car]] = Car
     drive_start: ClassVar[tuple[float, float]] = (0.5, 20.0)
-    config: CarGameConfig
-
-    def target_space(self) -> StateSpace:
-        """The car's."""
-        return Car.state_space
-
-    def make_target(self, state: FloatArray, settings: ObjectSettings) -> Car:
-        """The car."""
-        return Car(CAR, {JOYSTICK: Joystick.state_space}, state, settings)
 
     def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
         """Rolling straight ahead."""
@@ -49,10 +31,6 @@ class CarGame(JoystickGame):
     def reference_paths(self) -> Mapping[str, FloatArray]:
         """Figure eight, spiral, cursive (paper fig. 4; the paper gives no coordinates)."""
         return reference_paths()
-
-    def make_screen(self, X_WS: RigidTransform) -> GameScreen:
-        """A car on a field of 800 x 600 mm."""
-        return GameScreen((int(self.size[0]), int(self.size[1])), 0.001, X_WS, stand=0.2, ghost_period=4.0)
 
 
 def reference_paths(points: int = 4000) -> dict[str, FloatArray]:

@@ -23,6 +23,7 @@ from ichain_drake.objects.gymnasium_game import GameEnvironment, GymnasiumGame
 from ichain_drake.objects.gymnasium_game.extra import require_gymnasium
 from ichain_drake.scenarios.car_game_demonstrations import DrivingStyle
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.held_control import SCREEN_STAND, SCREEN_WIDTH
 from ichain_drake.scenarios.joystick_game import JOYSTICK, JoystickGame, JoystickGameConfig
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.visualization import GameScreen
@@ -73,6 +74,8 @@ class CarRacing(JoystickGame):
     y_down: ClassVar[bool] = False
     size: ClassVar[tuple[float, float]] = (2000 / 3, 2000 / 3)
     start_spread: ClassVar[float] = 0.1
+    sprite_length: ClassVar[float] = 3 * CAR_LENGTH
+    ghost_period: ClassVar[float] = 8.0
     drive_start: ClassVar[tuple[float, float]] = (0.5, 8.0)
     driver: ClassVar[DrivingStyle] = DrivingStyle(
         name=CAR,
@@ -83,7 +86,7 @@ class CarRacing(JoystickGame):
         throttle_gain=0.1,
         near=12.0,
     )
-    has_oracle: ClassVar[bool] = False  # the true game can be stepped, but hardly differentiated: single precision
+    no_oracle: ClassVar[str] = "the true game can be stepped, but in single precision hardly be differentiated"
     config: CarRacingConfig
 
     @cached_property
@@ -152,14 +155,14 @@ class CarRacing(JoystickGame):
         corner = (low + high) / 2 - np.array(size) / 2
         return GameScreen(
             size,
-            0.8 / size[0],
+            SCREEN_WIDTH / size[0],
             X_WS,
-            y_down=False,
-            sprite_length=3 * CAR_LENGTH,
+            y_down=self.y_down,
+            sprite_length=self.sprite_length,
             field=_picture(polygons, corner, size),
             corner=(float(corner[0]), float(corner[1])),
-            ghost_period=8.0,
-            stand=0.2,
+            ghost_period=self.ghost_period,
+            stand=SCREEN_STAND,
         )
 
     def shown(self) -> Mapping[str, StateSpace]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
+from ichain_drake.control.ticks import TickSystem
 from ichain_drake.state import FloatArray
-from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
 
-class Commands(LeafSystem):
+class Commands(TickSystem):
     """Sends a list of hand commands, one a tick, and stays at the last.
 
     Ports: output `hand_command`.
@@ -18,18 +18,12 @@ class Commands(LeafSystem):
     """
 
     def __init__(self, commands: FloatArray) -> None:
-        super().__init__()
-        self.set_name("commands")
+        super().__init__("commands")
         self._commands = commands
         self._command = self.DeclareDiscreteState(commands[0])
-        self._frame = self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("hand_command", self._command)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
 
-    def _decide(self, context: Context, state: State) -> None:
-        frame = int(context.get_discrete_state(self._frame).value()[0])
-        discrete = state.get_mutable_discrete_state()
-        discrete.set_value(self._frame, [frame + 1])
-        if frame % FRAMES_PER_TICK == 0:
-            tick = min(frame // FRAMES_PER_TICK, len(self._commands) - 1)
-            discrete.set_value(self._command, self._commands[tick])
+    def decide(self, context: Context, state: State, tick: int) -> None:
+        """Send the tick's command, or the last."""
+        command = self._commands[min(tick, len(self._commands) - 1)]
+        state.get_mutable_discrete_state().set_value(self._command, command)

@@ -6,42 +6,35 @@ the nominal speed, and the candidate lists of `models/scenarios/driving.yaml`. E
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pydrake.math import RigidTransform
 
-from ichain_drake.objects import ObjectSettings, RoadCar, Wheel
+from ichain_drake.objects import RoadCar
 from ichain_drake.objects.road_car import CAR_LENGTH
-from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.wheel_demonstrations import DriverStyle
-from ichain_drake.scenarios.wheel_drive import WHEEL, WheelDrive, WheelDriveConfig
-from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.visualization import GameScreen
+from ichain_drake.scenarios.wheel_drive import WheelDrive
+from ichain_drake.state import FloatArray
 
 CAR = "car"
-
-
-@dataclass
-class DrivingConfig(WheelDriveConfig):
-    """Configuration of the drive."""
 
 
 class Driving(WheelDrive):
     """See the module's description and `Scenario`."""
 
     name: ClassVar[str] = "driving"
-    config_class: ClassVar[type[ScenarioConfig]] = DrivingConfig
     target: ClassVar[str] = CAR
+    target_type: ClassVar[type[RoadCar]] = RoadCar
     target_length: ClassVar[float] = CAR_LENGTH
     size: ClassVar[tuple[float, float]] = (400.0, 300.0)
     start_spread: ClassVar[float] = 0.02 * CAR_LENGTH
+    sprite_length: ClassVar[float] = 4 * CAR_LENGTH
+    ghost_period: ClassVar[float] = 8.0
     idle_start: ClassVar[tuple[float, float]] = (0.5, 5.0)
     driver: ClassVar[DriverStyle] = DriverStyle(
         speeds=(5.0, 15.0),
-        arrival=18.0,
-        leg=20,
+        near=18.0,
+        patience=20,
         gains=(1.0, 2.5),
         damping=0.5,
         slide_per_speed=0.0003,
@@ -50,24 +43,10 @@ class Driving(WheelDrive):
         reach=(math.radians(118.0), 0.021),
         step=(math.radians(25.0), 0.012),
     )
-    config: DrivingConfig
-
-    def target_space(self) -> StateSpace:
-        """The car's."""
-        return RoadCar.state_space
-
-    def make_target(self, state: FloatArray, settings: ObjectSettings) -> RoadCar:
-        """The car."""
-        return RoadCar(CAR, {WHEEL: Wheel.state_space}, state, settings)
 
     def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
         """Rolling straight ahead."""
         return np.array([*position, heading, speed, 0.0, 0.0, 0.0])
-
-    def make_screen(self, X_WS: RigidTransform) -> GameScreen:
-        """A car from above, four times its size, on a field of 800 x 600 mm."""
-        size = (int(self.size[0]), int(self.size[1]))
-        return GameScreen(size, 0.002, X_WS, y_down=False, sprite_length=4 * CAR_LENGTH, stand=0.2, ghost_period=8.0)
 
     def reference_paths(self) -> Mapping[str, FloatArray]:
         """A figure eight, and a road with two lane changes and a bend."""

@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
+from PIL import Image
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, Diagram, LeafSystem
 
@@ -31,9 +32,16 @@ from ichain_drake.scenarios.seats import PlaceSeat, Seat
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import TICK
 from ichain_drake.visualization import Axis, Drawing, GameScreen, HandDrawing
+from ichain_drake.visualization.sprites import car_sprite
 from ichain_drake.world.world import World
 
 HAND = "hand"
+SCREEN_WIDTH = 0.8
+"""Of the screen that shows what is driven [m]."""
+
+SCREEN_STAND = 0.2
+"""Height of its lower edge over the ground [m]."""
+
 _HAND_ID, _CONTROL_ID, _TARGET_ID = 0, 1, 2
 _RUNS_PER_SEED = 1000
 _PLAY, _DRIVE, _MONOLITHIC = 901, 902, 903  # runs of an evaluation are below: a demonstration's noise is never theirs
@@ -52,6 +60,9 @@ class HeldControl(PathScenario):
     control_type: ClassVar[type[WorldObject]]
     """Its class."""
 
+    target_type: ClassVar[type[WorldObject]]
+    """Class of what it drives; not needed where `target_space` and `make_target` are overridden."""
+
     finger_gap: ClassVar[float]
     """Between the fingers of a hand that is drawn holding it [m]."""
 
@@ -63,6 +74,12 @@ class HeldControl(PathScenario):
 
     drive_start: ClassVar[tuple[float, float] | None] = None
     """The same where the scripted driver begins; None if that is idle too."""
+
+    sprite_length: ClassVar[float] = 44.0
+    """Of what is driven, as it is drawn, in the path's unit."""
+
+    ghost_period: ClassVar[float]
+    """A faded picture of it stays behind every so often [s]."""
 
     config: HeldControlConfig
 
@@ -124,10 +141,6 @@ class HeldControl(PathScenario):
     # What a scenario provides.
 
     @abstractmethod
-    def target_space(self) -> StateSpace:
-        """State space of what is driven."""
-
-    @abstractmethod
     def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
         """A state of what is driven, shape (n_variables,).
 
@@ -138,7 +151,12 @@ class HeldControl(PathScenario):
             setting: of the control, shape (2,).
         """
 
-    @abstractmethod
+    # What a scenario may provide.
+
+    def target_space(self) -> StateSpace:
+        """State space of what is driven: its class's."""
+        return self.target_type.state_space
+
     def make_target(self, state: FloatArray, settings: ObjectSettings) -> WorldObject:
         """What is driven, a child of the control alone.
 
@@ -146,10 +164,29 @@ class HeldControl(PathScenario):
             state: at the start, shape (n_variables,).
             settings: see `ObjectSettings`.
         """
+        return self.target_type(self.target, {self.control: self.control_type.state_space}, state, settings)
 
-    @abstractmethod
+    def sprite(self) -> Image.Image:
+        """What is driven from above, pointing to the right: a car."""
+        return car_sprite()
+
     def make_screen(self, X_WS: RigidTransform) -> GameScreen:
-        """The drawing of what is driven, given the screen's pose in the world."""
+        """The drawing of what is driven: the whole plane, 800 mm wide.
+
+        Args:
+            X_WS: the screen's pose in the world.
+        """
+        width, height = (int(length) for length in self.size)
+        return GameScreen(
+            (width, height),
+            SCREEN_WIDTH / width,
+            X_WS,
+            y_down=self.y_down,
+            sprite=self.sprite(),
+            sprite_length=self.sprite_length,
+            ghost_period=self.ghost_period,
+            stand=SCREEN_STAND,
+        )
 
     # What they share.
 

@@ -5,20 +5,17 @@ hand -> joystick may come from the car game's library.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pydrake.math import RigidTransform
+from PIL import Image
 
 from ichain_drake.control.levels import PredictiveWeights
-from ichain_drake.objects import Hovercraft, Joystick, ObjectSettings
+from ichain_drake.objects import Hovercraft
 from ichain_drake.objects.hovercraft import HovercraftParameters
 from ichain_drake.scenarios.car_game_demonstrations import DrivingStyle
-from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.joystick_game import JOYSTICK, JoystickGame, JoystickGameConfig
-from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.visualization import GameScreen
+from ichain_drake.scenarios.joystick_game import JoystickGame
+from ichain_drake.state import FloatArray
 from ichain_drake.visualization.sprites import hovercraft_sprite
 
 HOVERCRAFT = "hovercraft"
@@ -30,17 +27,12 @@ def _cruise(speed: float) -> float:
     return 1.25 * (p.drag_ahead + p.drag_quadratic * speed) * speed / p.thrust
 
 
-@dataclass
-class HoverGameConfig(JoystickGameConfig):
-    """Configuration of the game with the hovercraft."""
-
-
 class HoverGame(JoystickGame):
     """See the module's description and `Scenario`."""
 
     name: ClassVar[str] = "hover_game"
-    config_class: ClassVar[type[ScenarioConfig]] = HoverGameConfig
     target: ClassVar[str] = HOVERCRAFT
+    target_type: ClassVar[type[Hovercraft]] = Hovercraft
     oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(horizon=6, effort=0.02, iterations=4)
     driver: ClassVar[DrivingStyle] = DrivingStyle(
         name=HOVERCRAFT,
@@ -52,28 +44,18 @@ class HoverGame(JoystickGame):
         near=50.0,
         patience=18,
     )
-    config: HoverGameConfig
-
-    def target_space(self) -> StateSpace:
-        """The hovercraft's."""
-        return Hovercraft.state_space
-
-    def make_target(self, state: FloatArray, settings: ObjectSettings) -> Hovercraft:
-        """The hovercraft."""
-        return Hovercraft(HOVERCRAFT, {JOYSTICK: Joystick.state_space}, state, settings)
 
     def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
         """Not sliding; the fan as fast as the throttle says."""
         return np.array([*position, heading, speed, 0.0, 0.0, setting[1]])
 
+    def sprite(self) -> Image.Image:
+        """A hovercraft."""
+        return hovercraft_sprite()
+
     def reference_paths(self) -> Mapping[str, FloatArray]:
         """Wide bends, as a thing that slides can go: an oval, a figure eight, waves."""
         return reference_paths()
-
-    def make_screen(self, X_WS: RigidTransform) -> GameScreen:
-        """A hovercraft on a field of 800 x 600 mm."""
-        size = (int(self.size[0]), int(self.size[1]))
-        return GameScreen(size, 0.001, X_WS, sprite=hovercraft_sprite(), stand=0.2, ghost_period=4.0)
 
 
 def reference_paths(points: int = 4000) -> dict[str, FloatArray]:

@@ -16,6 +16,7 @@ from ichain_drake.objects import Joystick, JoystickMount, ObjectSettings
 from ichain_drake.objects.joystick import FULL_TILT, JoystickDrawing, axes_from_tilt, tilt_from_axes
 from ichain_drake.robot import BodySpec, SphereSurface
 from ichain_drake.scenarios.car_game_demonstrations import Driver, DrivingStyle, Player
+from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.held_control import HAND, HeldControl
 from ichain_drake.scenarios.held_control_config import HeldControlConfig, check_above_zero, check_place
 from ichain_drake.state import FloatArray
@@ -98,10 +99,12 @@ class JoystickGame(HeldControl):
     Its setting is the two axes.
     """
 
+    config_class: ClassVar[type[ScenarioConfig]] = JoystickGameConfig
     control: ClassVar[str] = JOYSTICK
     control_type: ClassVar[type[Joystick]] = Joystick
     finger_gap: ClassVar[float] = 0.03
     start_spread: ClassVar[float] = 1.0
+    ghost_period: ClassVar[float] = 4.0
     driver: ClassVar[DrivingStyle] = DrivingStyle()
     """How the scripted person drives."""
 

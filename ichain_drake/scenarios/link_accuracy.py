@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
 from ichain_drake.control.levels import InverseLevel
 from ichain_drake.control.move_to import MoveTo, RobotLevel
 from ichain_drake.control.path import TimedPath
+from ichain_drake.control.ticks import TickSystem
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
@@ -22,7 +23,7 @@ from ichain_drake.learning.chain import LearnedChain, LinkCandidates, learn_chai
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.scenarios.episode import Episode
 from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.timing import FRAME, FRAMES_PER_TICK
+from ichain_drake.timing import FRAMES_PER_TICK
 
 WANTED = 100
 """Held-out wanted states that a measurement asks for."""
@@ -61,32 +62,25 @@ class LinkAccuracy:
     held: bool
 
 
-class _Asker(LeafSystem):
+class _Asker(TickSystem):
     """Asks a policy for one wanted child state after the other, each for some ticks.
 
     Ports: inputs named after robot and child for their `measured`; output `hand_command`.
     """
 
     def __init__(self, policy: MoveTo, spaces: Sequence[tuple[str, StateSpace]], wanted: FloatArray) -> None:
-        super().__init__()
-        self.set_name("asker")
+        super().__init__("asker")
         self._policy, self._wanted = policy, wanted
         self._ports = [self.DeclareVectorInputPort(name, len(space)) for name, space in spaces]
         self._command = self.DeclareDiscreteState((policy.robot.lower + policy.robot.upper) / 2)
-        self._frame = self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("hand_command", self._command)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
 
-    def _decide(self, context: Context, state: State) -> None:
-        frame = int(context.get_discrete_state(self._frame).value()[0])
-        discrete = state.get_mutable_discrete_state()
-        discrete.set_value(self._frame, [frame + 1])
-        if frame % FRAMES_PER_TICK:
-            return
-        row = min(frame // FRAMES_PER_TICK // _TICKS_EACH, len(self._wanted) - 1)
+    def decide(self, context: Context, state: State, tick: int) -> None:
+        """Ask for the tick's wanted state, or the last."""
+        row = min(tick // _TICKS_EACH, len(self._wanted) - 1)
         states = [port.Eval(context)[None] for port in self._ports]
         command, _, _ = self._policy.decide(states, self._wanted[row][None, None], np.zeros((1, 0)))
-        discrete.set_value(self._command, command[0])
+        state.get_mutable_discrete_state().set_value(self._command, command[0])
 
 
 def first_link_graph(graph: InteractionGraph, target: str) -> InteractionGraph:

@@ -98,8 +98,8 @@ def check_evaluation(scenario: PathScenario, trials: int, methods: Sequence[str]
                 f"there is no method {method!r}; there are {', '.join(METHODS)}, and with a number of samples "
                 f"{', '.join(_LABELS)}"
             )
-        if method == ORACLE and not scenario.has_oracle:
-            raise InputError(f"{scenario.name} has no oracle; leave it out of --methods")
+        if method == ORACLE and scenario.no_oracle:
+            raise InputError(f"{scenario.name} has no oracle: {scenario.no_oracle}; leave it out of --methods")
     check_settings(scenario)
 
 
@@ -160,7 +160,7 @@ def _evaluate_seed(
         rows: list[dict[str, Any]] = []
         for variant in variants:
             rows += _evaluate_variant(scenario, variant, whole if variant.monolithic else pieces)
-        if ORACLE in methods and scenario.has_oracle:
+        if ORACLE in methods and not scenario.no_oracle:
             for number, (name, path) in enumerate(choose_paths(scenario).items()):
                 rows.append(_row(ORACLE, 0, scenario, name, oracle_follow(scenario, name, path, number)))
         if FIRST_LINK in methods and isinstance(scenario, HasWantedStates):
@@ -172,6 +172,8 @@ def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) ->
     """One row for the end of a wanted state's first tick, one for the next; errors in the child's units."""
     graph = first_link_graph(scenario.graph, scenario.target)
     edge = graph.interactions[0]
+    child = graph.objects[edge.child].observable
+    unit = ", ".join(dict.fromkeys(v.unit for v in child.variables))
     # The recording of later links is not waited for: pieces come one by one.
     shown = (p for p in (pieces or scenario.record_demonstrations()) if p.has(graph.root, graph.objects[graph.root]))
     first = [shorten(next(shown), FULL)]
@@ -180,14 +182,17 @@ def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) ->
         chain = learn_first_link(scenario, first, replace_samples(scenario.config.learning.candidates(), FULL))
         found = measure_first_link(scenario, chain)
     except IchainError as error:
-        return [_plain_row(FIRST_LINK, FULL, scenario, f"link:{edge.name} {c}", str(error)) for c in ("moving", "rest")]
+        return [
+            _plain_row(FIRST_LINK, FULL, scenario, f"link:{edge.name} {case}", str(error)) | {"unit": unit}
+            for case in ("moving", "rest")
+        ]
     for case, off, true_off in (
         ("moving", found.moving, found.true_moving),
         ("rest", found.rest, found.true_rest),
     ):
         reason = "" if found.held else f"{edge.name} was not active throughout"
         row = _plain_row(FIRST_LINK, found.samples, scenario, f"link:{edge.name} {case}", reason)
-        rows.append(row | {"success": found.held, "error": off, "true_error": true_off})
+        rows.append(row | {"success": found.held, "error": off, "true_error": true_off, "unit": unit})
     return rows
 
 
@@ -256,7 +261,7 @@ def _row(
 
 
 def _plain_row(method: str, samples: int, scenario: PathScenario, case: str, reason: str) -> dict[str, Any]:
-    """A row without success."""
+    """A row without success, of an error in the path's unit."""
     return {
         "method": method,
         "samples": samples,
@@ -266,6 +271,7 @@ def _plain_row(method: str, samples: int, scenario: PathScenario, case: str, rea
         "success": False,
         "error": None,
         "paper_metric": None,
+        "unit": scenario.unit,
         "reason": reason,
     }
 
@@ -297,6 +303,7 @@ def summarise(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
                 "std_error": float(np.std(errors)) if len(done) else None,
                 "max_error": float(errors.max()) if len(done) else None,
                 "ratio_to_oracle": ratio,
+                "unit": str(group.unit.iloc[0]),
             }
         )
     return table

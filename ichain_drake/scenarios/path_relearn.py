@@ -74,9 +74,9 @@ def relearn_link(
         ways: only these; the others have no row.
 
     Returns:
-        For the report: `rows`, one per way (see `WAYS`), with error per path (None where its end was not reached),
-        their mean ratio to the original's, new samples, simulated robot time, whether it could be applied at all, and
-        the reason of a failure.
+        For the report: `unit` of errors; `rows`, one per way (see `WAYS`), with error per path (None where its end was
+        not reached), their mean ratio to the original's, new samples, simulated robot time, whether it could be applied
+        at all, and the reason of a failure.
 
     Raises:
         InputError: if the chain has no such link, or the library lacks one of the others.
@@ -102,6 +102,7 @@ def relearn_link(
         "link": link,
         "versions": versions(),
         "given": scenario.given(),
+        "unit": scenario.unit,
         "rows": rows,
     }
 

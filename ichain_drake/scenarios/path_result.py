@@ -29,7 +29,8 @@ class PathResult:
         completed: whether its end was reached.
         error: mean distance of all executed 30 Hz positions to the sampled path, in its unit.
         paper_metric: the paper's metric (sec. IV) on the same run.
-        oracle_error: the oracle's `error` under the same noise; NaN if it was not run.
+        oracle_error: the oracle's `error` under the same noise; NaN if there is none.
+        oracle_reason: why there is none; empty where there is.
     """
 
     name: str
@@ -39,19 +40,26 @@ class PathResult:
     error: float
     paper_metric: float
     oracle_error: float = float("nan")
+    oracle_reason: str = "the oracle was not run"
 
     @property
     def control_steps(self) -> int:
         """Decisions taken."""
         return (len(self.log.times) - 1) // FRAMES_PER_TICK
 
-    def metrics(self) -> dict[str, Any]:
-        """For the report."""
+    def metrics(self, unit: str) -> dict[str, Any]:
+        """For the report. Its keys end in `px`, as for the games that they were made for; `unit` says what they are in.
+
+        Args:
+            unit: of the path, and so of every error.
+        """
         return {
             "mean_error_px": self.error,
             "paper_metric_px": self.paper_metric,
             "completed": self.completed,
             "oracle_error_px": None if np.isnan(self.oracle_error) else self.oracle_error,
+            "oracle_reason": self.oracle_reason,
+            "unit": unit,
         }
 
 
@@ -87,7 +95,7 @@ class PathRun:
     def report(self) -> dict[str, Any]:
         """The contents of `report.json`."""
         scenario = self.scenario
-        paths = {r.name: r.metrics() for r in self.results}
+        paths = {r.name: r.metrics(scenario.unit) for r in self.results}
         metrics: dict[str, Any] = {"paths": paths}
         if len(paths) == 1:
             metrics |= next(iter(paths.values()))

@@ -113,13 +113,17 @@ def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
             if len(log.times) > 1:
                 run.results.append(measure_result(scenario, name, path, log, False, number))
             raise
+        if scenario.no_oracle:
+            result = replace(result, oracle_reason=f"{scenario.name} has no oracle: {scenario.no_oracle}")
         run.results.append(result)
-        if oracle and scenario.has_oracle:
+        if oracle and not scenario.no_oracle:
             say(f"the oracle on {name}")
             with watched_by(None):  # a person who looks on must not push the oracle's car
                 other = oracle_follow(scenario, name, path, number)
             if other.completed:
-                run.results[-1] = replace(result, oracle_error=other.error)
+                run.results[-1] = replace(result, oracle_error=other.error, oracle_reason="")
+            else:
+                run.results[-1] = replace(result, oracle_reason="the oracle did not reach the path's end")
     lost = [r.name for r in run.results if not r.completed]
     run.reason = f"the end was not reached on: {', '.join(lost)}" if lost else "every path was followed to its end"
 

@@ -5,46 +5,40 @@ Given: as in `driving`, and the candidate lists of `models/scenarios/ship.yaml`.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from pydrake.math import RigidTransform
+from PIL import Image
 
 from ichain_drake.control.levels import PredictiveWeights
-from ichain_drake.objects import ObjectSettings, Ship, Wheel
+from ichain_drake.objects import Ship
 from ichain_drake.objects.ship import SHIP_LENGTH, ShipParameters
 from ichain_drake.objects.wheel import TRAVEL
-from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.wheel_demonstrations import DriverStyle
-from ichain_drake.scenarios.wheel_drive import WHEEL, WheelDrive, WheelDriveConfig
-from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.visualization import GameScreen
+from ichain_drake.scenarios.wheel_drive import WheelDrive
+from ichain_drake.state import FloatArray
 from ichain_drake.visualization.sprites import ship_sprite
 
 SHIP = "ship"
-
-
-@dataclass
-class ShipConfig(WheelDriveConfig):
-    """Configuration of the voyage."""
 
 
 class ShipVoyage(WheelDrive):
     """See the module's description and `Scenario`."""
 
     name: ClassVar[str] = "ship"
-    config_class: ClassVar[type[ScenarioConfig]] = ShipConfig
     target: ClassVar[str] = SHIP
+    target_type: ClassVar[type[Ship]] = Ship
     target_length: ClassVar[float] = SHIP_LENGTH
     size: ClassVar[tuple[float, float]] = (40.0, 30.0)
     oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(horizon=12, effort=0.1)
     start_spread: ClassVar[float] = 0.02 * SHIP_LENGTH
+    sprite_length: ClassVar[float] = 2 * SHIP_LENGTH
+    ghost_period: ClassVar[float] = 15.0
     idle_start: ClassVar[tuple[float, float]] = (0.5, 0.5)
     driver: ClassVar[DriverStyle] = DriverStyle(
         speeds=(0.5, 1.0),
-        arrival=2.5,
-        leg=30,
+        near=2.5,
+        patience=30,
         gains=(0.8, 2.0),
         damping=3.0,
         slide_per_speed=0.018,
@@ -53,15 +47,6 @@ class ShipVoyage(WheelDrive):
         reach=(math.radians(118.0), 0.021),
         step=(math.radians(25.0), 0.012),
     )
-    config: ShipConfig
-
-    def target_space(self) -> StateSpace:
-        """The ship's."""
-        return Ship.state_space
-
-    def make_target(self, state: FloatArray, settings: ObjectSettings) -> Ship:
-        """The ship."""
-        return Ship(SHIP, {WHEEL: Wheel.state_space}, state, settings)
 
     def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
         """Under way straight ahead at the engine's configured speed, in the mean current."""
@@ -69,13 +54,9 @@ class ShipVoyage(WheelDrive):
         engine = p.full_ahead * self.config.start.slide / TRAVEL
         return np.array([*position, heading, speed, 0.0, 0.0, engine, 0.0, *p.current])
 
-    def make_screen(self, X_WS: RigidTransform) -> GameScreen:
-        """A ship from above, twice its size, on a sea of 800 x 600 mm."""
-        size = (int(self.size[0]), int(self.size[1]))
-        length, sprite = 2 * SHIP_LENGTH, ship_sprite()
-        return GameScreen(
-            size, 0.02, X_WS, y_down=False, sprite=sprite, sprite_length=length, stand=0.2, ghost_period=15.0
-        )
+    def sprite(self) -> Image.Image:
+        """A ship."""
+        return ship_sprite()
 
     def reference_paths(self) -> Mapping[str, FloatArray]:
         """A figure eight (the lemniscate of Bernoulli), a winding channel, an oval, and wide bends."""

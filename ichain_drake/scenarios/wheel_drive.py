@@ -16,6 +16,7 @@ from ichain_drake.objects import ObjectSettings, Wheel, WheelMount
 from ichain_drake.objects.wheel import TRAVEL, WheelDrawing
 from ichain_drake.robot import BodySpec, RingPath
 from ichain_drake.scenarios.command_chart import CommandChart
+from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.held_control import HAND, HeldControl
 from ichain_drake.scenarios.held_control_config import HeldControlConfig, check_above_zero, check_place
 from ichain_drake.scenarios.seats import Seat
@@ -103,6 +104,7 @@ class WheelDrive(HeldControl):
     Its setting is angle [rad] and slide [m].
     """
 
+    config_class: ClassVar[type[ScenarioConfig]] = WheelDriveConfig
     unit: ClassVar[str] = "m"
     y_down: ClassVar[bool] = False
     control: ClassVar[str] = WHEEL

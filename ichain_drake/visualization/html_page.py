@@ -54,7 +54,7 @@ def playback_page(meshcat: Meshcat, animation: bytes, log: dict[str, Any], title
             "\n</script>\n",
             *(
                 f"<script>{assets.joinpath(name).read_text(encoding='utf-8')}</script>\n"
-                for name in ("panel.js", "playback.js")
+                for name in ("element.js", "panel.js", "playback.js")
             ),
         ]
     )

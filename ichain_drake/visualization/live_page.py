@@ -146,7 +146,8 @@ def _page(page: str, socket: str, config: dict[str, Any]) -> bytes:
         [
             f"<style>{assets.joinpath('live.css').read_text(encoding='utf-8')}</style>\n",
             f"<script>const ichainConfig = {data};\n",
-            f"{assets.joinpath('live.js').read_text(encoding='utf-8')}</script>\n",
+            *(assets.joinpath(name).read_text(encoding="utf-8") for name in ("element.js", "live.js")),
+            "</script>\n",
         ]
     )
     page = page.replace(_CONNECT, f"url = {json.dumps(socket)};")

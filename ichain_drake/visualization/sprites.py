@@ -74,12 +74,8 @@ def car_sprite(color: Color = CAR, opacity: float = 1.0) -> Image.Image:
     Returns:
         RGBA, 160 x 80.
     """
-    image = Image.new("RGBA", (160 * _SCALE, 80 * _SCALE), (0, 0, 0, 0))
-    draw = ImageDraw.Draw(image)
-
-    def box(x0: float, y0: float, x1: float, y1: float, radius: float, fill: tuple[int, ...]) -> None:
-        corners = [v * _SCALE for v in (x0, y0, x1, y1)]
-        draw.rounded_rectangle(corners, radius * _SCALE, fill=fill)
+    canvas = _Canvas(160, 80)
+    box = canvas.box
 
     def shade(factor: float) -> tuple[int, ...]:
         return tuple(min(255, round(c * factor)) for c in color)
@@ -95,7 +91,7 @@ def car_sprite(color: Color = CAR, opacity: float = 1.0) -> Image.Image:
     box(12, 51, 18, 62, 3, (150, 20, 24))
     box(142, 19, 149, 31, 4, (255, 244, 200))  # head lights
     box(142, 49, 149, 61, 4, (255, 244, 200))
-    return _faded(_haloed(image).resize((160, 80), Image.Resampling.LANCZOS), opacity)
+    return canvas.picture(opacity)
 
 
 def ship_sprite(color: Color = SHIP, opacity: float = 1.0) -> Image.Image:
@@ -108,25 +104,21 @@ def ship_sprite(color: Color = SHIP, opacity: float = 1.0) -> Image.Image:
     Returns:
         RGBA, 240 x 60.
     """
-    image = Image.new("RGBA", (240 * _SCALE, 60 * _SCALE), (0, 0, 0, 0))
-    draw = ImageDraw.Draw(image)
+    canvas = _Canvas(240, 60)
 
     def hull(inset: float, fill: tuple[int, ...]) -> None:
         stern, bow, side = 6 + inset, 234 - 2 * inset, 8 + inset
         curve = [(165 + (bow - 165) * t, 30 - (30 - side) * (1 - t**2)) for t in np.linspace(0, 1, 30)]
         upper = [(stern, side + 5), (stern + 12, side), *curve]
         lower = [(x, 60 - y) for x, y in reversed(upper)]
-        draw.polygon([(x * _SCALE, y * _SCALE) for x, y in [*upper, *lower]], fill=fill)
+        canvas.draw.polygon([(x * _SCALE, y * _SCALE) for x, y in [*upper, *lower]], fill=fill)
 
     hull(0, tuple(round(c * 0.55) for c in color))
     hull(3, color)
-    for x0, y0, x1, y1, fill in (
-        (22, 17, 66, 43, (240, 243, 246)),  # bridge
-        (56, 19, 62, 41, (35, 46, 58)),  # its windows
-        (84, 19, 148, 41, tuple(round(c * 0.75) for c in color)),  # hatches
-    ):
-        draw.rounded_rectangle([v * _SCALE for v in (x0, y0, x1, y1)], 3 * _SCALE, fill=fill)
-    return _faded(_haloed(image).resize((240, 60), Image.Resampling.LANCZOS), opacity)
+    canvas.box(22, 17, 66, 43, 3, (240, 243, 246))  # bridge
+    canvas.box(56, 19, 62, 41, 3, (35, 46, 58))  # its windows
+    canvas.box(84, 19, 148, 41, 3, tuple(round(c * 0.75) for c in color))  # hatches
+    return canvas.picture(opacity)
 
 
 def hovercraft_sprite(color: Color = HOVERCRAFT, opacity: float = 1.0) -> Image.Image:
@@ -139,11 +131,8 @@ def hovercraft_sprite(color: Color = HOVERCRAFT, opacity: float = 1.0) -> Image.
     Returns:
         RGBA, 180 x 120.
     """
-    image = Image.new("RGBA", (180 * _SCALE, 120 * _SCALE), (0, 0, 0, 0))
-    draw = ImageDraw.Draw(image)
-
-    def box(x0: float, y0: float, x1: float, y1: float, radius: float, fill: tuple[int, ...]) -> None:
-        draw.rounded_rectangle([v * _SCALE for v in (x0, y0, x1, y1)], radius * _SCALE, fill=fill)
+    canvas = _Canvas(180, 120)
+    box, draw = canvas.box, canvas.draw
 
     box(6, 8, 174, 112, 50, (32, 35, 40))  # skirt
     box(18, 20, 162, 100, 40, color)
@@ -157,18 +146,31 @@ def hovercraft_sprite(color: Color = HOVERCRAFT, opacity: float = 1.0) -> Image.
     draw.ellipse([v * _SCALE for v in (47, 54, 59, 66)], fill=(210, 214, 218))
     box(8, 34, 20, 50, 3, (240, 243, 246))  # rudders
     box(8, 70, 20, 86, 3, (240, 243, 246))
-    return _faded(_haloed(image).resize((180, 120), Image.Resampling.LANCZOS), opacity)
+    return canvas.picture(opacity)
 
 
-def _haloed(image: Image.Image) -> Image.Image:
-    """The picture with a thin light rim, so that it stands out on dark ground and on lines."""
-    alpha = image.getchannel("A").filter(ImageFilter.GaussianBlur(2.5 * _SCALE))
-    halo = Image.new("RGBA", image.size, (255, 255, 255, 0))
-    halo.putalpha(Image.fromarray((np.minimum(np.asarray(alpha, dtype=float) * 0.8, 150)).astype(np.uint8)))
-    halo.alpha_composite(image)
-    return halo
+class _Canvas:
+    """A transparent picture, drawn larger than it will be.
 
+    Args:
+        width, height: of the picture that it becomes [px].
+    """
 
-def _faded(image: Image.Image, opacity: float) -> Image.Image:
-    image.putalpha(image.getchannel("A").point(lambda a: round(a * opacity)))
-    return image
+    def __init__(self, width: int, height: int) -> None:
+        self._size = (width, height)
+        self._image = Image.new("RGBA", (width * _SCALE, height * _SCALE), (0, 0, 0, 0))
+        self.draw = ImageDraw.Draw(self._image)
+
+    def box(self, x0: float, y0: float, x1: float, y1: float, radius: float, fill: tuple[int, ...]) -> None:
+        """A rectangle with rounded corners."""
+        self.draw.rounded_rectangle([v * _SCALE for v in (x0, y0, x1, y1)], radius * _SCALE, fill=fill)
+
+    def picture(self, opacity: float) -> Image.Image:
+        """What was drawn, with a thin light rim, so that it stands out on dark ground and on lines; RGBA."""
+        alpha = self._image.getchannel("A").filter(ImageFilter.GaussianBlur(2.5 * _SCALE))
+        halo = Image.new("RGBA", self._image.size, (255, 255, 255, 0))
+        halo.putalpha(Image.fromarray((np.minimum(np.asarray(alpha, dtype=float) * 0.8, 150)).astype(np.uint8)))
+        halo.alpha_composite(self._image)
+        small = halo.resize(self._size, Image.Resampling.LANCZOS)
+        small.putalpha(small.getchannel("A").point(lambda a: round(a * opacity)))
+        return small

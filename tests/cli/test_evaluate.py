@@ -10,9 +10,10 @@ import pytest
 from ichain_drake.cli.main import main
 from ichain_drake.scenarios import SCENARIOS, CarGame
 
-ROW = {"method", "samples", "physics", "case", "seed", "success", "error", "paper_metric", "reason"}
+ROW = {"method", "samples", "physics", "case", "seed", "success", "error", "paper_metric", "reason", "unit"}
 LINE = {
     "method", "samples", "case", "runs", "completed", "mean_error", "std_error", "max_error", "ratio_to_oracle",
+    "unit",
 }  # fmt: skip
 
 
@@ -44,6 +45,7 @@ def test_rows_and_table(evaluated, strict_json):
     rows, table = report["rows"], report["table"]
     assert all(set(row) == ROW for row in rows)
     assert all(set(line) == LINE for line in table)
+    assert {line["unit"] for line in (*rows, *table)} == {"px"}
     # The learning curve of the default method, the other convention, the oracle.
     assert [(r["method"], r["samples"], r["case"]) for r in rows] == [
         *(("default", n, "wave") for n in (50, 100, 200, 500, 1000)),
@@ -94,6 +96,7 @@ def test_the_first_link_has_the_same_rows_for_any_number_of_processes(ichain, tm
     assert [row["seed"] for row in rows] == [0, 0, 1, 1]
     assert [row["case"] for row in rows] == ["link:hand->joystick moving", "link:hand->joystick rest"] * 2
     for row, floor in zip(rows, (0.03, 0.02) * 2, strict=True):
+        assert row["unit"] == "1"
         assert row["success"] is True
         assert row["true_error"] < row["error"] <= floor  # reads are noisy and rounded
         assert row["samples"] == 500

@@ -12,7 +12,7 @@ KEYS = {
     "scenario", "physics", "seed", "goal_reached", "reason", "control_steps", "sim_seconds", "wall_seconds", "versions",
     "given", "models", "metrics",
 }  # fmt: skip
-FLAT = {"mean_error_px", "paper_metric_px", "completed", "oracle_error_px"}
+FLAT = {"mean_error_px", "paper_metric_px", "completed", "oracle_error_px", "oracle_reason", "unit"}
 
 
 def test_a_run_writes_report_playback_picture_and_demonstrations(ran, strict_json):
@@ -40,7 +40,8 @@ def test_metrics_are_there_by_path_and_flat_when_there_is_one(ran):
     assert set(metrics["paths"]["bend"]) == FLAT
     assert {k: metrics[k] for k in FLAT} == metrics["paths"]["bend"]
     assert 0.2 < metrics["mean_error_px"] < 2.0
-    assert metrics["oracle_error_px"] is None  # --no-oracle
+    assert metrics["unit"] == "px"
+    assert (metrics["oracle_error_px"], metrics["oracle_reason"]) == (None, "the oracle was not run")  # --no-oracle
 
 
 def test_metrics_of_two_paths_are_not_flat(ichain, small, tmp_path):
@@ -58,6 +59,7 @@ def test_the_oracle_runs_by_default(ichain, bend_csv, tmp_path):
     ).status == 0  # fmt: skip
     metrics = json.loads((tmp_path / "report.json").read_text())["metrics"]
     assert 0.3 < metrics["oracle_error_px"] < metrics["mean_error_px"] + 0.2
+    assert metrics["oracle_reason"] == ""
 
 
 def test_two_runs_give_the_same_report(ran, ichain, small, bend_csv, tmp_path):

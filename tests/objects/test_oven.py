@@ -1,5 +1,6 @@
 """Food and the parts of an oven: who moves what, where, and what heats when."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -176,12 +177,28 @@ def test_food_is_carried_through_an_open_door_and_stopped_by_a_shut_one() -> Non
         np.testing.assert_allclose(settled[:2], expected[:2], atol=1e-9)
 
 
+def test_fingers_slip_on_a_stiff_part_both_ways() -> None:
+    for kind, mount, way in ((SlidingPart, BUTTON, 0.006), (Dial, KNOB, -0.9)):
+        part = kind("part", {"hand": HAND}, dataclasses.replace(mount, stiff=1.5))
+        places = [mount.point, *((mount.point[0] + way * k / 4, *mount.point[1:]) for k in range(5))]
+        turns = [0.0] * 6
+        if kind is Dial:
+            places, turns = [mount.point] * 6, [0.0, *(way * k / 4 for k in range(5))]
+        there = [hand(p, r, float(k > 0)) for k, (p, r) in enumerate(zip(places, turns, strict=True))]
+        pushed, held = move(part, part.state_at(0.0), there)
+        assert held
+        assert pushed[part.coordinate_index] == pytest.approx(abs(way) / 1.5)
+        back, _ = move(part, part.state_at(0.0), [*there, *there[:0:-1]])
+        assert back[part.coordinate_index] == pytest.approx(0.0, abs=1e-12)
+
+
 def test_what_cannot_be_is_refused() -> None:
     no_grip = HandSpec(exposed=["x", "y", "z"], held={"grip": 0.0}).space
     no_roll = HandSpec(exposed=["x", "y", "z", "grip"]).space
     sliding: dict[str, StateSpace] = {"hand": HAND}
-    with pytest.raises(InputError, match="travel and reach of a part are above 0"):
-        SlidingPart("door", sliding, PartMount((0.6, 0.0, 0.1), -0.1, "y"))
+    for mount in (PartMount((0.6, 0.0, 0.1), -0.1, "y"), PartMount((0.6, 0.0, 0.1), 0.1, "y", stiff=0.0)):
+        with pytest.raises(InputError, match="travel, reach and stiff of a part are above 0"):
+            SlidingPart("door", sliding, mount)
     with pytest.raises(InputError, match="a part has one parent, the hand; 2 given"):
         SlidingPart("door", {"hand": HAND, "other": HAND}, DOOR)
     with pytest.raises(InputError, match="hand has no grip, a binary variable"):

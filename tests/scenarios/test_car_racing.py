@@ -219,7 +219,9 @@ def test_the_car_games_hand_serves_here(tmp_path: Path) -> None:
     assert report["goal_reached"]
     assert report["given"]["half_car_width"] == CAR_WIDTH / 2
     assert report["metrics"]["mean_error_px"] < report["given"]["half_car_width"] / 4
+    assert report["metrics"]["unit"] == "unit"
     assert report["metrics"]["oracle_error_px"] is None
+    assert report["metrics"]["oracle_reason"].startswith("car_racing has no oracle: the true game")
     json.dumps(report, allow_nan=False)
     car = make_recording(run).spaces["car"]
     assert {"speed", "terminated", "reward"} <= set(car.names)

@@ -10,7 +10,7 @@ from ichain_drake.control.path import PathLimits
 from ichain_drake.errors import InputError
 from ichain_drake.learning.link import EstimatorSpec
 from ichain_drake.robot import models_path
-from ichain_drake.scenarios.car_game import CarGame, CarGameConfig
+from ichain_drake.scenarios.car_game import CarGame
 from ichain_drake.scenarios.config import (
     ControlConfig,
     LearningConfig,
@@ -20,6 +20,7 @@ from ichain_drake.scenarios.config import (
     as_plain,
     load_config,
 )
+from ichain_drake.scenarios.joystick_game import JoystickGameConfig
 
 CAR_GAME = models_path() / "scenarios" / "car_game.yaml"
 
@@ -100,7 +101,7 @@ def test_a_missing_file_is_refused_with_its_name(tmp_path: Path) -> None:
 
 
 def test_the_shipped_scenario_loads_and_its_plain_form_is_yaml() -> None:
-    config = load_config(CarGameConfig, CAR_GAME)
+    config = load_config(JoystickGameConfig, CAR_GAME)
     plain = as_plain(config)
     assert yaml.safe_load(yaml.safe_dump(plain)) == plain
     assert plain["play"]["reach"] == yaml.safe_load(CAR_GAME.read_text())["play"]["reach"]

@@ -14,6 +14,7 @@ from ichain_drake.timing import TICK
 def row(method: str, samples: int, case: str, seed: int, error: float | None) -> dict:
     return {
         "method": method, "samples": samples, "case": case, "seed": seed, "success": error is not None, "error": error,
+        "unit": "m",
     }  # fmt: skip
 
 
@@ -30,6 +31,7 @@ def test_mean_spread_and_ratio_over_the_seeds_that_both_completed():
     assert (default["runs"], default["completed"]) == (3, 2)
     assert (default["mean_error"], default["std_error"], default["max_error"]) == (1.5, 0.5, 2.0)
     assert default["ratio_to_oracle"] == pytest.approx(2.0)  # seed 0 alone
+    assert default["unit"] == oracle["unit"] == "m"
     assert oracle["ratio_to_oracle"] == pytest.approx(1.0)
 
 

@@ -41,6 +41,7 @@ def test_a_moved_and_turned_joystick(
     report = json.loads(file.read_text())
     rows = rows_of(report)
     assert tuple(rows) == WAYS
+    assert report["unit"] == "px"
     assert rows["original"]["ratio"] == 1.0
     assert rows["original"]["new_samples"] == rows["changed, nothing relearned"]["new_samples"] == 0
     assert rows["one link"]["relearned"] == ["hand->joystick"]

@@ -10,7 +10,7 @@ import pytest
 from ichain_drake.control.path import TimedPath
 from ichain_drake.demonstrations import read_demonstrations
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios import load_scenario
+from ichain_drake.scenarios import CarGame, load_scenario
 from ichain_drake.scenarios.path_choice import choose_paths
 from ichain_drake.scenarios.path_result import PathRun
 from ichain_drake.scenarios.path_run import check_settings, recorded_seconds, run_paths
@@ -66,6 +66,26 @@ def test_paths_that_nobody_has_seen_are_followed(learned, tmp_path):
         print(f"\n{result.name}: {result.error:.3f} px")
         assert result.completed
         assert result.error < 1.5
+
+
+class LostOracle(CarGame):
+    """Its oracle may command no more than one place of the hand, a joystick in its middle: it drives nowhere."""
+
+    def command_range(self) -> tuple[np.ndarray, np.ndarray]:
+        middle = np.array(self.config.joystick.pivot[:2])
+        return middle - 1e-6, middle + 1e-6
+
+
+def test_a_report_says_why_there_is_no_error_of_the_oracle(learned):
+    a = np.linspace(0.0, np.pi / 3, 100)
+    bend = np.stack([250 + 200 * np.sin(a), 400 - 200 * (1 - np.cos(a))], axis=1)
+    scenario = LostOracle(["control.horizons=[5]", "control.efforts=[0.05]"], "ideal", 0)
+    run = PathRun(scenario, {"bend": TimedPath(bend, scenario.path_limits())})
+    run_paths(run, demos=learned)
+    metrics = run.report()["metrics"]
+    assert metrics["completed"]
+    assert metrics["oracle_error_px"] is None
+    assert metrics["oracle_reason"] == "the oracle did not reach the path's end"
 
 
 def test_robot_time_is_counted_where_the_robot_took_part(learned):

@@ -67,11 +67,11 @@ class PressesCtrlC(Player):
 
     frame = 0
 
-    def _decide(self, context: Context, state: State) -> None:
+    def _on_frame(self, context: Context, state: State) -> None:
         if self.frame == 37:
             signal.raise_signal(signal.SIGINT)
         self.frame += 1
-        super()._decide(context, state)
+        super()._on_frame(context, state)
 
 
 def test_an_interrupted_recording_holds_whole_ticks():

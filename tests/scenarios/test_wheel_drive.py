@@ -119,7 +119,7 @@ def test_a_short_drive_in_ideal_and_by_contact(folder: Path) -> None:
     for report in reports.values():
         assert report["metrics"]["completed"]
         assert report["metrics"]["mean_error_px"] < 0.25 * report["given"]["vehicle_length"]
-        assert report["given"]["unit"] == "m"
+        assert report["metrics"]["unit"] == report["given"]["unit"] == "m"
         assert report["models"]["wheel->car"]["robot_seconds"] == 0
     play = pd.read_parquet(folder / "contact" / "demonstrations" / "play.parquet")
     assert (play["hand->wheel"].iloc[1:] == 1).all()

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self, overload
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize
-from sklearn.base import BaseEstimator, RegressorMixin
-from sklearn.utils import Tags, check_random_state
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils import check_random_state
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import InputError
 from ichain_drake.learning.estimators.evidence import BOUNDS, START, Evidence, condition, grams
-from ichain_drake.learning.estimators.polynomial import check_samples, predict_frozen, standardisation
+from ichain_drake.learning.estimators.frozen_regressor import SpreadRegressor
+from ichain_drake.learning.estimators.polynomial import check_samples, standardisation
 from ichain_drake.learning.frozen.gaussian_process import GaussianProcess
 from ichain_drake.learning.frozen.monomials import Monomials, all_exponents
 from ichain_drake.learning.frozen.scaling import FloatArray
 
 
-class PolynomialGaussianProcess(RegressorMixin, BaseEstimator):
+class PolynomialGaussianProcess(SpreadRegressor[GaussianProcess]):
     """A Gaussian process an output: polynomial trend + anisotropic RBF + noise, hyper-parameters by evidence.
 
     The trend's coefficients have a Gaussian prior whose variance, one for each degree, is chosen along with the other
@@ -73,9 +72,7 @@ class PolynomialGaussianProcess(RegressorMixin, BaseEstimator):
             InputError: on too few samples for the degree, or on parameters out of range.
         """
         self._check_parameters()
-        x, checked = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64)
-        targets = np.asarray(checked, dtype=float).reshape(len(x), -1)
-        self._single = checked.ndim == 1
+        x, targets = self.check_data(X, y)
         monomials = Monomials(all_exponents(x.shape[1], self.degree))
         check_samples(len(x), len(monomials), self.degree, "PolynomialGaussianProcess")
 
@@ -149,33 +146,6 @@ class PolynomialGaussianProcess(RegressorMixin, BaseEstimator):
             if found.fun < best[0]:
                 best = (float(found.fun), found.x)
         return best[1]
-
-    @overload
-    def predict(self, X: ArrayLike, return_std: Literal[False] = False) -> FloatArray: ...  # noqa: N803
-    @overload
-    def predict(self, X: ArrayLike, return_std: Literal[True]) -> tuple[FloatArray, FloatArray]: ...  # noqa: N803
-    def predict(self, X: ArrayLike, return_std: bool = False) -> FloatArray | tuple[FloatArray, FloatArray]:  # noqa: N803
-        """Predict.
-
-        Args:
-            X: inputs, shape (n_samples, n_features).
-            return_std: also give the predictive standard deviation, noise included.
-
-        Returns:
-            shape (n_samples,) or (n_samples, n_outputs), as y in `fit`; with `return_std` twice that.
-        """
-        check_is_fitted(self)
-        return predict_frozen(self, self.model_, X, self._single, return_std)
-
-    def __sklearn_tags__(self) -> Tags:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
-
-    def to_frozen(self) -> GaussianProcess:
-        """The fitted process for `freeze`."""
-        check_is_fitted(self)
-        return self.model_
 
 
 def _draw(random: np.random.RandomState, n: int, most: int) -> NDArray[np.intp]:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self, overload
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator, RegressorMixin
-from sklearn.utils import Tags
-from sklearn.utils.validation import check_is_fitted, validate_data
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.frozen.model import FrozenModel
+from ichain_drake.learning.estimators.frozen_regressor import SpreadRegressor
 from ichain_drake.learning.frozen.monomials import Monomials, all_exponents
 from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.frozen.scaling import FloatArray, InputScaling
@@ -42,7 +39,7 @@ def check_samples(n: int, n_monomials: int, degree: int, name: str) -> None:
         )
 
 
-class PolynomialRegressor(RegressorMixin, BaseEstimator):
+class PolynomialRegressor(SpreadRegressor[Polynomial]):
     """Ridge regression on all monomials of standardised inputs, one penalty an output.
 
     The penalty of each output is the one with the least leave-one-out error, computed exactly from one singular
@@ -85,9 +82,7 @@ class PolynomialRegressor(RegressorMixin, BaseEstimator):
             raise InputError(f"PolynomialRegressor: alphas {self.alphas!r}: give numbers > 0")
         if self.clip is not None and not self.clip > 0:
             raise InputError(f"PolynomialRegressor: clip {self.clip!r}: give a number > 0, or None")
-        x, checked = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64)
-        targets = np.asarray(checked, dtype=float).reshape(len(x), -1)
-        self._single = checked.ndim == 1
+        x, targets = self.check_data(X, y)
 
         monomials = Monomials(all_exponents(x.shape[1], self.degree))
         n, m = len(x), len(monomials)
@@ -140,42 +135,3 @@ class PolynomialRegressor(RegressorMixin, BaseEstimator):
             spread_projection=np.column_stack([-projection @ mean, projection]),
         )
         return self
-
-    @overload
-    def predict(self, X: ArrayLike, return_std: Literal[False] = False) -> FloatArray: ...  # noqa: N803
-    @overload
-    def predict(self, X: ArrayLike, return_std: Literal[True]) -> tuple[FloatArray, FloatArray]: ...  # noqa: N803
-    def predict(self, X: ArrayLike, return_std: bool = False) -> FloatArray | tuple[FloatArray, FloatArray]:  # noqa: N803
-        """Predict.
-
-        Args:
-            X: inputs, shape (n_samples, n_features).
-            return_std: also give the predictive standard deviation.
-
-        Returns:
-            shape (n_samples,) or (n_samples, n_outputs), as y in `fit`; with `return_std` twice that.
-        """
-        check_is_fitted(self)
-        return predict_frozen(self, self.model_, X, self._single, return_std)
-
-    def __sklearn_tags__(self) -> Tags:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
-
-    def to_frozen(self) -> Polynomial:
-        """The fitted polynomial for `freeze`."""
-        check_is_fitted(self)
-        return self.model_
-
-
-def predict_frozen(
-    estimator: Any, model: FrozenModel, rows: ArrayLike, single: bool, return_std: bool
-) -> FloatArray | tuple[FloatArray, FloatArray]:
-    """`predict` of an estimator whose fit made a frozen model; `single` for outputs of shape (n_samples,)."""
-    x = validate_data(estimator, rows, reset=False, dtype=np.float64)
-    mean = model.batch(x)
-    if not return_std:
-        return mean[:, 0] if single else mean
-    std = model.batch_spread(x)
-    return (mean[:, 0], std[:, 0]) if single else (mean, std)

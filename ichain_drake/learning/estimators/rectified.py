@@ -6,19 +6,18 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils import Tags
-from sklearn.utils.validation import check_is_fitted, validate_data
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.estimators.polynomial import predict_frozen, standardisation
+from ichain_drake.learning.estimators.frozen_regressor import FrozenRegressor
+from ichain_drake.learning.estimators.polynomial import standardisation
 from ichain_drake.learning.frozen.network import Network
 from ichain_drake.learning.frozen.scaling import FloatArray
 
 _SHARES = (0.05, 0.2, 0.5)  # of the largest output: what the first fit takes as beyond the threshold
 
 
-class RectifiedLinearRegressor(RegressorMixin, BaseEstimator):
+class RectifiedLinearRegressor(FrozenRegressor[Network]):
     """`y = s max(0, w x + b)` with s = +-1, one threshold and one slope an output.
 
     What overflows, leaks or is pushed beyond a stop is of this form, and a few samples pin it down where a smooth
@@ -53,9 +52,7 @@ class RectifiedLinearRegressor(RegressorMixin, BaseEstimator):
             raise InputError(f"RectifiedLinearRegressor: alpha {self.alpha!r}: give a number > 0")
         if not self.max_iter >= 1:
             raise InputError(f"RectifiedLinearRegressor: max_iter {self.max_iter!r}: give a whole number >= 1")
-        x, checked = validate_data(self, X, y, multi_output=True, y_numeric=True, dtype=np.float64)
-        targets = np.asarray(checked, dtype=float).reshape(len(x), -1)
-        self._single = checked.ndim == 1
+        x, targets = self.check_data(X, y)
         inputs = standardisation(x, None)
         phi = np.column_stack([inputs.apply(x), np.ones(len(x))])
         self.n_iter_ = 1
@@ -96,27 +93,7 @@ class RectifiedLinearRegressor(RegressorMixin, BaseEstimator):
         penalty = self.alpha * len(phi) * np.eye(phi.shape[1])
         return np.asarray(np.linalg.solve(phi.T @ phi + penalty, phi.T @ y), dtype=float)
 
-    def predict(self, X: ArrayLike) -> FloatArray:  # noqa: N803 - scikit-learn's name
-        """Predict.
-
-        Args:
-            X: inputs, shape (n_samples, n_features).
-
-        Returns:
-            shape (n_samples,) or (n_samples, n_outputs), as y in `fit`.
-        """
-        check_is_fitted(self)
-        out = predict_frozen(self, self.model_, X, self._single, return_std=False)
-        assert isinstance(out, np.ndarray)
-        return out
-
     def __sklearn_tags__(self) -> Tags:
         tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
         tags.regressor_tags.poor_score = True  # one threshold describes few of scikit-learn's test data
         return tags
-
-    def to_frozen(self) -> Network:
-        """The fitted network for `freeze`."""
-        check_is_fitted(self)
-        return self.model_

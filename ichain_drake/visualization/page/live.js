@@ -6,25 +6,18 @@ const ichainLive = { watching: false, status: {}, frames: 0 };
   const ASK = 250, MOVE = 33, FULL = 250, BACK = 150;  // [ms]: asking, moving; from 0 to 1; from 1 to 0
   const FEW = 12;  // frames a second that are too few to drive by
   const config = ichainConfig;
-  const make = (parent, tag, className, text) => {
-    const element = document.createElement(tag);
-    if (className) element.className = className;
-    if (text !== undefined) element.textContent = text;
-    parent.appendChild(element);
-    return element;
-  };
-  const panel = make(document.body, "div");
+  const panel = ichainMake(document.body, "div");
   panel.id = "ichain-live";
-  make(panel, "h1", "", config.title);
-  const state = make(panel, "div", "state", "connecting ...");
-  const alarm = make(panel, "div", "alarm", "");
-  const values = make(panel, "table", "values");
-  const help = make(panel, "table", "help");
+  ichainMake(panel, "h1", "", config.title);
+  const state = ichainMake(panel, "div", "state", "connecting ...");
+  const alarm = ichainMake(panel, "div", "alarm", "");
+  const values = ichainMake(panel, "table", "values");
+  const help = ichainMake(panel, "table", "help");
   for (const [keys, text, pad] of config.instructions) {
-    const line = make(help, "tr"), cell = make(line, "td");
-    for (const key of keys) make(cell, "kbd", "", key);
-    const words = make(line, "td", "", text);
-    if (pad) make(words, "span", "pad", pad);
+    const line = ichainMake(help, "tr"), cell = ichainMake(line, "td");
+    for (const key of keys) ichainMake(cell, "kbd", "", key);
+    const words = ichainMake(line, "td", "", text);
+    if (pad) ichainMake(words, "span", "pad", pad);
   }
 
   function show(status) {
@@ -36,9 +29,9 @@ const ichainLive = { watching: false, status: {}, frames: 0 };
     alarm.textContent = [status.alarm, slow].filter(text => text).join("; ");
     values.replaceChildren();
     for (const [label, value] of Object.entries(status.values)) {
-      const line = make(values, "tr");
-      make(line, "td", "", label);
-      make(line, "td", "", value);
+      const line = ichainMake(values, "tr");
+      ichainMake(line, "td", "", label);
+      ichainMake(line, "td", "", value);
     }
   }
 

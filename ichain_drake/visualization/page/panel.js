@@ -10,22 +10,15 @@ const ichainPanel = (log, number, seek) => {
     parent.appendChild(element);
     return element;
   };
-  const make = (parent, tag, className, text) => {
-    const element = document.createElement(tag);
-    if (className) element.className = className;
-    if (text !== undefined) element.textContent = text;
-    parent.appendChild(element);
-    return element;
-  };
   if (!log.graph && !log.strips.length) return () => {};
-  const panel = make(document.body, "div");
+  const panel = ichainMake(document.body, "div");
   panel.id = "ichain-panel";
 
   // In a narrow window the parts are folded, so that the scene is seen first.
   function fold(className, title) {
-    const part = make(panel, "details", className);
+    const part = ichainMake(panel, "details", className);
     part.open = window.innerWidth >= 1000;
-    make(part, "summary", "", title);
+    ichainMake(part, "summary", "", title);
     return part;
   }
 
@@ -86,10 +79,10 @@ const ichainPanel = (log, number, seek) => {
   }
 
   function strip(strips, { label, values: episodes }) {
-    const part = make(strips, "div", "strip");
-    const head = make(part, "div", "head");
-    make(head, "span", "label", label);
-    const value = make(head, "span", "value");
+    const part = ichainMake(strips, "div", "strip");
+    const head = ichainMake(part, "div", "head");
+    ichainMake(head, "span", "label", label);
+    const value = ichainMake(head, "span", "value");
     const svg = draw(part, "svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", height: HEIGHT });
     const band = draw(svg, "rect", { x: 0, width: WIDTH, class: "wanted" });
     const line = draw(svg, "path", { class: "line" });

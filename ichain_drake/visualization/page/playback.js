@@ -3,14 +3,7 @@
 const ichain = { ready: false, duration: 0 };
 
 (() => {
-  const make = (parent, tag, className, text) => {
-    const element = document.createElement(tag);
-    if (className) element.className = className;
-    if (text !== undefined) element.textContent = text;
-    parent.appendChild(element);
-    return element;
-  };
-  const hud = make(document.body, "div");
+  const hud = ichainMake(document.body, "div");
   hud.id = "ichain-hud";
   const animator = viewer.animator;
   let log, panel, rows = [];
@@ -38,39 +31,39 @@ const ichain = { ready: false, duration: 0 };
   }
 
   function row(table, label, unit, values) {
-    const line = make(table, "tr", unit === null ? "text" : "");
-    make(line, "td", "", label);
-    const cell = make(line, "td", "value", "");
+    const line = ichainMake(table, "tr", unit === null ? "text" : "");
+    ichainMake(line, "td", "", label);
+    const cell = ichainMake(line, "td", "value", "");
     if (!unit) cell.colSpan = 2;
-    else make(line, "td", "unit", unit);
+    else ichainMake(line, "td", "unit", unit);
     rows.push({ line, cell, values });
   }
 
   function build() {
     document.title = log.scenario + " - playback";
-    make(hud, "h1", "", log.scenario);
-    make(hud, "div", "sub", `${log.physics} physics, seed ${log.seed}`);
-    const main = make(hud, "table");
-    log.head = { episode: make(make(main, "tr"), "td", "object") };
+    ichainMake(hud, "h1", "", log.scenario);
+    ichainMake(hud, "div", "sub", `${log.physics} physics, seed ${log.seed}`);
+    const main = ichainMake(hud, "table");
+    log.head = { episode: ichainMake(ichainMake(main, "tr"), "td", "object") };
     log.head.episode.colSpan = 3;
     row(main, "time", "s", null);
     log.head.time = rows.pop().cell;
     for (const { label, unit, values } of log.readouts) row(main, label, unit, values);
     if (log.legend.length) {
-      const legend = make(hud, "details");
+      const legend = ichainMake(hud, "details");
       legend.open = true;
-      make(legend, "summary", "", "legend");
+      ichainMake(legend, "summary", "", "legend");
       for (const { label, color } of log.legend) {
-        const line = make(legend, "div");
-        make(line, "span", "swatch").style.background = color;
+        const line = ichainMake(legend, "div");
+        ichainMake(line, "span", "swatch").style.background = color;
         line.appendChild(document.createTextNode(label));
       }
     }
-    const objects = make(hud, "details");
-    make(objects, "summary", "", "states of the objects");
-    const table = make(objects, "table");
+    const objects = ichainMake(hud, "details");
+    ichainMake(objects, "summary", "", "states of the objects");
+    const table = ichainMake(objects, "table");
     for (const { name, type, variables } of log.objects) {
-      const title = make(make(table, "tr"), "td", "object", name === type ? name : `${name} (${type})`);
+      const title = ichainMake(ichainMake(table, "tr"), "td", "object", name === type ? name : `${name} (${type})`);
       title.colSpan = 3;
       for (const { label, unit, values } of variables) row(table, label, unit, values);
     }
@@ -79,27 +72,27 @@ const ichain = { ready: false, duration: 0 };
   }
 
   function buildBar() {
-    const bar = make(document.body, "div");
+    const bar = ichainMake(document.body, "div");
     bar.id = "ichain-bar";
-    log.button = make(bar, "button", "play", "Play");
+    log.button = ichainMake(bar, "button", "play", "Play");
     log.button.onclick = () => animator.playing ? ichain.pause() : ichain.play();
-    const track = make(bar, "div", "track");
-    log.slider = make(track, "input");
+    const track = ichainMake(bar, "div", "track");
+    log.slider = ichainMake(track, "input");
     Object.assign(log.slider, { type: "range", min: 0, max: ichain.duration, step: 1 / log.rate, value: 0 });
     log.slider.setAttribute("aria-label", "time");
     log.slider.oninput = () => ichain.seek(Number(log.slider.value));
-    const names = make(track, "div", "names");
+    const names = ichainMake(track, "div", "names");
     log.episodes.forEach((episode, i) => {
       const end = i + 1 < log.episodes.length ? log.episodes[i + 1].start : ichain.duration;
-      const name = make(names, "span", "", episode.name);
+      const name = ichainMake(names, "span", "", episode.name);
       name.style.left = `${100 * episode.start / ichain.duration}%`;
       name.style.maxWidth = `${100 * (end - episode.start) / ichain.duration}%`;
       name.onclick = () => ichain.seek(episode.start);
     });
-    log.clock = make(bar, "span", "clock");
-    const speed = make(bar, "select");
+    log.clock = ichainMake(bar, "span", "clock");
+    const speed = ichainMake(bar, "select");
     speed.setAttribute("aria-label", "speed");
-    for (const factor of [0.25, 0.5, 1, 2, 4, 8]) make(speed, "option", "", `${factor}x`).value = factor;
+    for (const factor of [0.25, 0.5, 1, 2, 4, 8]) ichainMake(speed, "option", "", `${factor}x`).value = factor;
     speed.value = 1;
     speed.onchange = () => { animator.mixer.timeScale = Number(speed.value); };
   }
