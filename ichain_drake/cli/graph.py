@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +13,18 @@ from ichain_drake.cli.live import shown_live
 from ichain_drake.cli.run import RunFiles
 from ichain_drake.control.graph.format import format_plan
 from ichain_drake.control.graph.plan import Plan
+from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction
 from ichain_drake.learning.interaction import read_pieces
+from ichain_drake.learning.library import LibraryParts
 from ichain_drake.scenarios.graph_episode import look
-from ichain_drake.scenarios.graph_library import load_knowledge, save_knowledge
+from ichain_drake.scenarios.graph_library import load_what_fits, save_knowledge
 from ichain_drake.scenarios.graph_output import write_graph_pictures, write_graph_recording
 from ichain_drake.scenarios.graph_plan import make_plan
 from ichain_drake.scenarios.graph_run import GraphRun, own_goal, run_graph
 from ichain_drake.scenarios.graph_settings import graph_spec
-from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
+from ichain_drake.scenarios.knowledge import Knowledge, learn_graph, learn_rest
 from ichain_drake.scenarios.path_output import prepare_folder, write_report
 
 
@@ -36,9 +40,10 @@ def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
     return goal
 
 
-def _known(scenario: Any, library: Path | None) -> Knowledge | None:
-    """What the library knows, if there is one and it has the scenario's graph."""
-    return None if library is None else load_knowledge(library, scenario.name, scenario.graph)
+def _known(scenario: Any, library: Path | None) -> tuple[Knowledge | None, LibraryParts]:
+    """What the library knows of the scenario's graph: all of it, or each interaction that fits."""
+    found = LibraryParts() if library is None else load_what_fits(library, scenario.name, scenario.graph)
+    return (None, found) if isinstance(found, LibraryParts) else (found, LibraryParts())
 
 
 def run_goal_scenario(
@@ -51,7 +56,7 @@ def run_goal_scenario(
     meshcat: bool = False,
     realtime: bool = False,
 ) -> int:
-    """`ichain run` for a scenario with a goal; nothing is recorded or learned where the library has its graph.
+    """`ichain run` for a scenario with a goal; what the library knows of its graph is not recorded or learned again.
 
     Returns:
         The exit status: 0 if the goal was reached, else 1; 130 if interrupted.
@@ -61,13 +66,13 @@ def run_goal_scenario(
     """
     run = GraphRun(scenario, _goal(scenario, expressions))
     graph_spec(scenario.config)  # refuses what is not for it, before anything is written
-    known = _known(scenario, library)
+    known, parts = _known(scenario, library)
     files.prepare()
     interrupted = False
     with Reporter() as say, shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell):
         try:
             keep = files.folder / "demonstrations"
-            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, progress=tell)
+            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, parts=parts, progress=tell)
         except KeyboardInterrupt:
             interrupted = True
         tell("writing report, playback and pictures")
@@ -92,7 +97,7 @@ def run_goal_scenario(
 
 
 def print_plan(scenario: Any, expressions: list[str], demos: Path | None, library: Path | None = None) -> int:
-    """`ichain plan`: learn (where the library hasn't the graph), look, plan, print.
+    """`ichain plan`: learn (what the library doesn't know of the graph), look, plan, print.
 
     Returns:
         The exit status: 0 with a plan, 1 without.
@@ -102,16 +107,16 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None, librar
     """
     goal = _goal(scenario, expressions)
     spec = graph_spec(scenario.config)
-    knowledge = _known(scenario, library)
+    knowledge, parts = _known(scenario, library)
     with Reporter() as say:
-        if knowledge is None and demos is None:
+
+        def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
+            if demos is not None:
+                return read_pieces(demos, scenario.graph, known)
             say("recording demonstrations")
-            pieces = list(scenario.record_demonstrations(say))
-        elif knowledge is None and demos is not None:
-            pieces = read_pieces(demos, scenario.graph)
-        if knowledge is None:
-            say("learning the graph")
-            knowledge = learn_graph(pieces, scenario.graph, spec)
+            return list(scenario.record_demonstrations(say, [e.name for e in known]))
+
+        knowledge = knowledge or learn_rest(show, scenario.graph, parts, spec, say=say)
         start = look(scenario)
         say("planning")
         _, plan = make_plan(knowledge, goal, start)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, Protocol, runtime_checkable
 
 from pydrake.systems.framework import Diagram
@@ -27,7 +27,7 @@ class GoalScenario(Protocol):
     graph: InteractionGraph
 
     def make_world(self, run: int) -> tuple[World, Prepare]: ...  # noqa: D102
-    def record_demonstrations(self, progress: Progress | None = None) -> Any: ...  # noqa: D102
+    def record_demonstrations(self, progress: Progress | None = None, known: Collection[str] = ()) -> Any: ...  # noqa: D102
     def drawings(self) -> Mapping[str, Any]: ...  # noqa: D102
     def drawn_plant(self) -> Diagram | None: ...  # noqa: D102
     def view(self) -> Camera | None: ...  # noqa: D102

@@ -9,7 +9,7 @@ from ichain_drake.control.graph.planner import GraphPlanner
 from ichain_drake.control.graph.skills import SkillFunction, Skills
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.library import KnownGraph, load_graph, save_graph
+from ichain_drake.learning.library import KnownGraph, LibraryParts, load_fitting, load_graph, save_graph
 from ichain_drake.scenarios.knowledge import Knowledge
 from ichain_drake.scenarios.provenance import data_hash
 
@@ -57,7 +57,32 @@ def load_knowledge(
         InputError: if it is damaged or doesn't fit; see `load_graph`.
     """
     known = load_graph(Path(library), name, graph)
-    if known is None:
-        return None
+    return None if known is None else _knowledge(known, library, own_skills)
+
+
+def load_what_fits(library: Path | str, name: str, graph: InteractionGraph) -> Knowledge | LibraryParts:
+    """All that a library knows about a scenario's graph: the whole, or each interaction that fits.
+
+    Args:
+        library: the library's folder.
+        name: of the scenario.
+        graph: its interaction graph.
+
+    Returns:
+        A graph that was saved by this name, if it fits as a whole; otherwise what fits of all saved graphs, beside
+        which the rest is learned (`run_graph` and `learn_graph` take it).
+
+    Raises:
+        InputError: if anything in it is damaged, or a graph was saved by this name and nothing of that fits.
+    """
+    found = load_fitting(Path(library), name, graph)
+    return found if isinstance(found, LibraryParts) else _knowledge(found, library)
+
+
+def _knowledge(
+    known: KnownGraph,
+    library: Path | str,
+    own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
+) -> Knowledge:
     skills = Skills(known.activations, known.deactivations, dict(own_skills or {}))
     return Knowledge(known.model, skills, GraphPlanner(known.model), str(library), known.robot_seconds)

@@ -19,13 +19,14 @@ from ichain_drake.control.graph.tasks import Mode
 from ichain_drake.demonstrations import Demonstration, write_demonstrations
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.interaction import InteractionModel, InteractionSpec, read_pieces
+from ichain_drake.learning.library import LibraryParts
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.episode import EpisodeInterrupted, EpisodeLog
 from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
 from ichain_drake.scenarios.graph_episode import GraphEpisode, look, start_command
 from ichain_drake.scenarios.graph_plan import make_goal
 from ichain_drake.scenarios.graph_settings import graph_spec
-from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
+from ichain_drake.scenarios.knowledge import Knowledge, learn_rest
 from ichain_drake.scenarios.provenance import versions
 from ichain_drake.scenarios.recorder import RecordingInterrupted
 from ichain_drake.state import FloatArray
@@ -40,7 +41,7 @@ class GraphRun:
         expressions: the goal, as text; by default the scenario's own.
         number: of the run; keys start, noise and mishaps.
         pieces: demonstrations.
-        model: learned from them.
+        knowledge: learned from them, or from a library.
         goal: in force; conditions with `start` refer to readings at the start.
         plan: the first plan, or why there is none.
         memory: of the execution.
@@ -50,15 +51,13 @@ class GraphRun:
         cause: of a failure in a word.
         wrong: conditions that do not hold in truth at the end, in words.
         started: when, by the monotonic clock [s].
-        source: where the model comes from: `demonstrations` or a library's folder.
-        robot_seconds: simulated time that recording the demonstrations took of the robot [s].
     """
 
     scenario: GoalScenario
     expressions: Sequence[str] = ()
     number: int = 0
     pieces: list[Demonstration] = field(default_factory=list)
-    model: InteractionModel | None = None
+    knowledge: Knowledge | None = None
     goal: Goal | None = None
     plan: Plan | NoPlan | None = None
     memory: Memory | None = None
@@ -67,12 +66,15 @@ class GraphRun:
     reason: str = "interrupted"
     cause: str = "interrupted"
     wrong: str = ""
-    source: str = "demonstrations"
-    robot_seconds: float = 0.0
     started: float = field(default_factory=time.monotonic)
 
     def __post_init__(self) -> None:
         self.expressions = tuple(self.expressions) or own_goal(self.scenario)
+
+    @property
+    def model(self) -> InteractionModel | None:
+        """What was learned, once it is."""
+        return None if self.knowledge is None else self.knowledge.model
 
     @property
     def goal_reached(self) -> bool:
@@ -115,18 +117,21 @@ class GraphRun:
         return {e.name: list(self.model.customary(e)) for e in self.memory.cautious}
 
     def _models(self) -> dict[str, Any]:
-        assert self.model is not None
-        report: dict[str, Any] = self.model.report()
-        edges = {
-            name: {
-                "samples": edge["status"]["samples"],
-                "robot_seconds": self.robot_seconds,
-                "score": edge["status"]["f1"],
-                "source": self.source,
-                **edge,
+        assert self.knowledge is not None
+        knowledge = self.knowledge
+        report: dict[str, Any] = knowledge.model.report()
+        edges = {}
+        for edge in knowledge.model.graph.interactions:
+            found = report["interactions"][edge.name]
+            edges[edge.name] = {
+                "samples": found["status"]["samples"],
+                "robot_seconds": knowledge.robot_seconds_of(edge),
+                "score": found["status"]["f1"],
+                "source": knowledge.source_of(edge),
+                **found,
             }
-            for name, edge in report["interactions"].items()
-        }
+            if edge in knowledge.parts.reasons:
+                edges[edge.name]["why_learned"] = knowledge.parts.reasons[edge]
         return edges | {"passive": report["passive"], "pieces": report["pieces"], "warnings": report["warnings"]}
 
 
@@ -149,11 +154,21 @@ def describe(plan: Plan) -> list[dict[str, Any]]:
     ]
 
 
-def record_pieces(run: GraphRun, keep: Path | None = None, say: Progress | None = None) -> None:
-    """Record demonstrations into `run`, writing each to the folder `keep` as soon as it is there."""
+def record_pieces(
+    run: GraphRun, keep: Path | None = None, say: Progress | None = None, known: Collection[Interaction] = ()
+) -> None:
+    """Record demonstrations into `run`, writing each to the folder `keep` as soon as it is there.
+
+    Args:
+        run: its pieces are replaced.
+        keep: folder for them.
+        say: called with a line before each.
+        known: interactions that need none.
+    """
+    run.pieces = []
     try:
         with threadpool_limits(limits=1):
-            for piece in run.scenario.record_demonstrations(say):
+            for piece in run.scenario.record_demonstrations(say, [e.name for e in known]):
                 run.pieces.append(piece)
                 if keep is not None:
                     write_demonstrations([piece], keep)
@@ -169,6 +184,7 @@ def run_graph(
     demos: Path | None = None,
     keep_demos: Path | None = None,
     knowledge: Knowledge | None = None,
+    parts: LibraryParts | None = None,
     spec: InteractionSpec | None = None,
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
     settings: ExecutorSettings | None = None,
@@ -181,6 +197,7 @@ def run_graph(
         demos: folder of demonstrations to learn from, in place of recording them.
         keep_demos: folder that recorded demonstrations are written to.
         knowledge: what was learned before, in place of learning.
+        parts: what a library knows of the graph; only the rest is recorded and learned (see `load_parts`).
         spec: candidate estimators; default: those that the scenario's settings ask for.
         own_skills: a designer's functions, by interaction and whether they activate.
         settings: of the execution.
@@ -192,19 +209,22 @@ def run_graph(
     """
     say = progress or (lambda line: None)
     asked = graph_spec(run.scenario.config)
-    if knowledge is None:
+
+    def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
         if demos is not None:
-            run.pieces = read_pieces(demos, run.scenario.graph)
+            run.pieces = read_pieces(demos, run.scenario.graph, known)
         else:
-            record_pieces(run, keep_demos, say)
-        say(f"learning from {len(run.pieces)} pieces")
-        knowledge = learn_graph(run.pieces, run.scenario.graph, spec or asked, own_skills)
-    run.model, run.source, run.robot_seconds = knowledge.model, knowledge.source, knowledge.robot_seconds
+            record_pieces(run, keep_demos, say, known)
+        return run.pieces
+
+    run.knowledge = knowledge or learn_rest(
+        show, run.scenario.graph, parts or LibraryParts(), spec or asked, own_skills, say
+    )
     with threadpool_limits(limits=1):
         say("planning")
         start = look(run.scenario, run.number)
-        run.goal = make_goal(run.expressions, knowledge.model, start)
-        _execute(run, knowledge, settings or ExecutorSettings(), say)
+        run.goal = make_goal(run.expressions, run.knowledge.model, start)
+        _execute(run, run.knowledge, settings or ExecutorSettings(), say)
 
 
 def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, say: Progress) -> None:

@@ -221,8 +221,7 @@ class GraphScenario(Scenario, Generic[StartT]):
 
         Args:
             progress: called with a line before each piece.
-            known: names of interactions that need no demonstration. A piece shows several, so that all are recorded
-                unless every interaction is known.
+            known: names of interactions that need no demonstration: pieces that show no other are left out.
 
         Raises:
             InputError: on a piece whose commands are not the hand's.
@@ -231,7 +230,9 @@ class GraphScenario(Scenario, Generic[StartT]):
             return
         rng = np.random.default_rng([self.seed, self.script_purpose])
         for number, piece in enumerate(self.script(rng)):
-            piece.check(self.graph.objects[self.graph.root].observable)
+            piece.check(self.graph)
+            if not piece.is_needed(known):
+                continue
             ticks = len(piece.commands)
             if progress:
                 progress(f"{piece.name}: {ticks} ticks ({self.physics})")

@@ -288,24 +288,28 @@ def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator
         bodies: whether the hand can push the vessels over.
     """
     script = _Script(rng, _AROUND_A_BODY if bodies else _AROUND_A_POINT)
-    pieces: dict[str, Callable[[], _LAID]] = {
-        "boil_left": script.boil_left,
-        "return_steps": script.return_steps,
-        "miss_kettle": script.miss_kettle,
-        "pour_onto": script.pour_onto,
-        "boil_beside": script.boil_beside,
-        "relocate_bottle": script.relocate_bottle,
-        "sweep_bottle": script.sweep_bottle,
-        "pour_all": script.pour_all,
-        "boil_edges": script.boil_edges,
-        "return_onto": script.return_onto,
-        "boil_far": script.boil_far,
-        "pour_steps": script.pour_steps,
-        "boil_long": script.boil_long,
-        "sweep_kettle": script.sweep_kettle,
-        "miss_bottle": script.miss_bottle,
-        "return_all": script.return_all,
+    bottle, pour = ("hand->bottle",), ("hand->bottle", "bottle->kettle")
+    kettle, back = ("hand->kettle",), ("hand->kettle", "kettle->bottle")
+    boil = ("hand->switch", "switch->kettle")
+    boil_moved = (*kettle, *boil)
+    pieces: dict[str, tuple[Callable[[], _LAID], tuple[str, ...]]] = {
+        "boil_left": (script.boil_left, boil_moved),
+        "return_steps": (script.return_steps, back),
+        "miss_kettle": (script.miss_kettle, kettle),
+        "pour_onto": (script.pour_onto, pour),
+        "boil_beside": (script.boil_beside, boil_moved),
+        "relocate_bottle": (script.relocate_bottle, bottle),
+        "sweep_bottle": (script.sweep_bottle, back),
+        "pour_all": (script.pour_all, pour),
+        "boil_edges": (script.boil_edges, boil),
+        "return_onto": (script.return_onto, back),
+        "boil_far": (script.boil_far, boil_moved),
+        "pour_steps": (script.pour_steps, pour),
+        "boil_long": (script.boil_long, boil),
+        "sweep_kettle": (script.sweep_kettle, pour),
+        "miss_bottle": (script.miss_bottle, bottle),
+        "return_all": (script.return_all, back),
     }
-    for name, lay_out in pieces.items():
+    for name, (lay_out, shows) in pieces.items():
         start, hand = lay_out()
-        yield ScriptedPiece(name, start, hand.commands)
+        yield ScriptedPiece(name, start, hand.commands, shows)

@@ -247,31 +247,37 @@ def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator
         bodies: whether door and food are bodies that stop the hand.
     """
     script = _Script(rng, bodies=bodies)
-    pieces: dict[str, Callable[[], Laid]] = {
-        "heat_by_knob_1": script.heat_by_knob,
-        "stop_and_take_out_1": script.stop_and_take_out,
-        "miss_food": script.miss_food,
-        "press_by_and_by": script.press_by_and_by,
-        "open_door": script.open_door,
-        "heat_nothing": script.heat_nothing,
-        "miss_knob": script.miss_knob,
-        "put_in_and_heat_1": script.put_in_and_heat,
-        "heat_by_door": script.heat_by_door,
-        "turn_knob_1": script.turn_knob,
-        "shut_in_1": script.shut_in,
-        "heat_long": script.heat_long,
-        "miss_door": script.miss_door,
-        "press_button": script.press_button,
-        "stop_and_take_out_2": script.stop_and_take_out,
-        "relocate": script.relocate,
-        "shut_door": script.shut_door,
-        "miss_button": script.miss_button,
-        "in_and_out": script.in_and_out,
-        "turn_knob_2": script.turn_knob,
-        "shut_in_2": script.shut_in,
-        "put_in_and_heat_2": script.put_in_and_heat,
-        "heat_by_knob_2": script.heat_by_knob,
+    door, button, knob = ("hand->door",), ("hand->button",), ("hand->knob",)
+    empty, through_door = (*button, *knob), (*door, "hand->food")
+    shut_in = (*through_door, "door->food")
+    heat = ("knob->food", "button->food", "door->food")
+    turning_up, switching, shutting = (*knob, *heat), (*button, *heat), (*door, *heat)
+    whole = (*through_door, *button, *heat)
+    pieces: dict[str, tuple[Callable[[], Laid], tuple[str, ...]]] = {
+        "heat_by_knob_1": (script.heat_by_knob, turning_up),
+        "stop_and_take_out_1": (script.stop_and_take_out, whole),
+        "miss_food": (script.miss_food, through_door),
+        "press_by_and_by": (script.press_by_and_by, switching),
+        "open_door": (script.open_door, door),
+        "heat_nothing": (script.heat_nothing, empty),
+        "miss_knob": (script.miss_knob, knob),
+        "put_in_and_heat_1": (script.put_in_and_heat, whole),
+        "heat_by_door": (script.heat_by_door, shutting),
+        "turn_knob_1": (script.turn_knob, knob),
+        "shut_in_1": (script.shut_in, shut_in),
+        "heat_long": (script.heat_long, turning_up),
+        "miss_door": (script.miss_door, door),
+        "press_button": (script.press_button, button),
+        "stop_and_take_out_2": (script.stop_and_take_out, whole),
+        "relocate": (script.relocate, through_door),
+        "shut_door": (script.shut_door, door),
+        "miss_button": (script.miss_button, button),
+        "in_and_out": (script.in_and_out, shut_in),
+        "turn_knob_2": (script.turn_knob, knob),
+        "shut_in_2": (script.shut_in, shut_in),
+        "put_in_and_heat_2": (script.put_in_and_heat, whole),
+        "heat_by_knob_2": (script.heat_by_knob, turning_up),
     }
-    for name, lay_out in pieces.items():
+    for name, (lay_out, shows) in pieces.items():
         start, hand = lay_out()
-        yield ScriptedPiece(name, start, hand.commands)
+        yield ScriptedPiece(name, start, hand.commands, shows)

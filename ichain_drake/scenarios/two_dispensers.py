@@ -159,7 +159,11 @@ class TwoDispensers(WaterDispenser):
         hand, cup = list(start.hand), (start.cup[0], start.cup[1] + shift)
         hand[1] += shift
         placed = vars(start) | {"cup": cup, "hand": tuple(hand), "machine": machine}
-        return ScriptedPiece(f"{machine}_{piece.name}", MachineStart(**placed), commands)
+        shows = tuple(
+            Interaction(*(n if n in (HAND, CUP) else f"{machine}_{n}" for n in name.split("->"))).name
+            for name in piece.shows
+        )
+        return ScriptedPiece(f"{machine}_{piece.name}", MachineStart(**placed), commands, shows)
 
     def probes(self, edge: Interaction, pieces: Sequence[Demonstration], count: int) -> None:
         """None are made here."""

@@ -277,24 +277,26 @@ def script_pieces(
         point: whether the hand is a point that hits nothing, so that a tilted cup can be dipped into the inlet.
     """
     script = _Script(rng, _AROUND_A_BODY if bodies else _AROUND_A_POINT, _DIPPED if point else _LOWERED)
-    pieces: dict[str, Callable[[], tuple[DispenserStart, Teleoperation]]] = {
-        "dispense_levels": script.dispense_levels,
-        "pour_steps": script.pour_steps,
-        "retrieve_1": script.retrieve,
-        "heat_edges": script.heat_edges,
-        "relocate": script.relocate,
-        "sweep_outlet": script.sweep_outlet,
-        "pour_all": script.pour_all,
-        "heat_long": script.heat_long,
-        "dispense_edges": script.dispense_edges,
-        "miss_grasps": script.miss_grasps,
-        "place": script.place,
-        "heat_levels": script.heat_levels,
-        "sweep_inlet": script.sweep_inlet,
-        "dispense_long": script.dispense_long,
-        "retrieve_2": script.retrieve,
-        "pour_onto": script.pour_onto,
+    grasp, fill, catch = ("hand->cup",), ("hand->cup", "cup->tank"), ("hand->cup", "tank->cup")
+    heat, dispense = ("hand->power", "power->tank"), ("hand->dispense", "dispense->tank", "tank->cup")
+    pieces: dict[str, tuple[Callable[[], tuple[DispenserStart, Teleoperation]], tuple[str, ...]]] = {
+        "dispense_levels": (script.dispense_levels, dispense),
+        "pour_steps": (script.pour_steps, fill),
+        "retrieve_1": (script.retrieve, catch),
+        "heat_edges": (script.heat_edges, heat),
+        "relocate": (script.relocate, grasp),
+        "sweep_outlet": (script.sweep_outlet, catch),
+        "pour_all": (script.pour_all, fill),
+        "heat_long": (script.heat_long, heat),
+        "dispense_edges": (script.dispense_edges, dispense),
+        "miss_grasps": (script.miss_grasps, grasp),
+        "place": (script.place, catch),
+        "heat_levels": (script.heat_levels, heat),
+        "sweep_inlet": (script.sweep_inlet, fill),
+        "dispense_long": (script.dispense_long, dispense),
+        "retrieve_2": (script.retrieve, catch),
+        "pour_onto": (script.pour_onto, fill),
     }
-    for name, lay_out in pieces.items():
+    for name, (lay_out, shows) in pieces.items():
         start, hand = lay_out()
-        yield ScriptedPiece(name, start, hand.commands)
+        yield ScriptedPiece(name, start, hand.commands, shows)

@@ -167,3 +167,71 @@ def test_a_library_that_is_not_there_is_refused_before_anything_is_written(ichai
         assert refused.status == 2
         assert "nix: can't be read as a folder" in refused.line
     assert not list(tmp_path.iterdir())
+
+
+class Torch(sys.modules["lamp"].Lamp):  # type: ignore[misc, name-defined]
+    """A lamp of another type, of which the library knows nothing."""
+
+    state_space = ic.StateSpace("torch", (ic.Variable("light", "1", 0.0, 1.0),))
+
+
+class TorchScenario(DrawnLamp):
+    """The lamp's sliders before a torch."""
+
+    name = "torch"
+    kinds = DrawnLamp.kinds | {"lamp": Torch}
+    spaces = DrawnLamp.spaces | {"lamp": Torch.state_space}
+    graph = ic.InteractionGraph(spaces, [e.name for e in DrawnLamp.graph.interactions])
+
+
+def test_each_interaction_that_fits_is_taken_and_the_rest_learned(ichain, library, tmp_path, monkeypatch):
+    monkeypatch.setitem(SCENARIOS, "torch", TorchScenario)
+    done = ichain("run", "torch", "--physics", "ideal", "--library", library, "-o", tmp_path, "--report", "-")
+    assert done.status == 0, done.err
+    assert "dimmer->lamp is learned: " in done.err
+    report = json.loads(done.out)
+    assert report["goal_reached"] is True
+    models, folder = report["models"], str(library / "graph.lamp")
+    found = {e.name: models[e.name]["source"] for e in TorchScenario.graph.interactions}
+    assert found == {"hand->dimmer": folder, "hand->switch": folder} | dict.fromkeys(
+        ("dimmer->lamp", "switch->lamp"), "demonstrations"
+    )
+    assert "why_learned" not in models["hand->dimmer"]
+    assert "lamp: type: it is lamp, here it is torch" in models["switch->lamp"]["why_learned"]
+    assert len(list((tmp_path / "demonstrations").iterdir())) >= 9
+    demos = tmp_path / "demonstrations"
+    planned = ichain("plan", "torch", "--physics", "ideal", "--library", library, "--demos", demos)
+    assert planned.status == 0, planned.err
+    assert "learning from 9 pieces" in planned.err
+
+
+def test_what_the_demonstrations_contradict_is_learned_anew(ichain, library, tmp_path, monkeypatch):
+    class Backward(sys.modules["lamp"].Lamp):  # type: ignore[misc, name-defined]
+        def decide_active(self, state, parents, active, touch):
+            return dict.fromkeys(active, bool(parents["switch"][0] < 0.42))
+
+    class Lever(DrawnLamp.kinds["dimmer"]):  # type: ignore[misc]
+        state_space = ic.StateSpace("lever", DrawnLamp.kinds["dimmer"].state_space.variables)
+
+    class BackwardScenario(TorchScenario):
+        name = "backward"
+        kinds = DrawnLamp.kinds | {"lamp": Backward, "dimmer": Lever}
+        spaces = DrawnLamp.spaces | {"dimmer": Lever.state_space}
+        graph = ic.InteractionGraph(spaces, [e.name for e in DrawnLamp.graph.interactions])
+
+    monkeypatch.setitem(SCENARIOS, "backward", BackwardScenario)
+    planned = ichain("plan", "backward", "--physics", "ideal", "--library", library)
+    assert planned.status == 0, planned.err
+    said = planned.err.splitlines()
+    assert any("switch->lamp is learned anew: its status is told with F1 0." in line for line in said)
+    assert not any("hand->switch is learned" in line for line in said)
+
+
+def test_a_damaged_graph_beside_is_refused(ichain, library, tmp_path, monkeypatch):
+    monkeypatch.setitem(SCENARIOS, "torch", TorchScenario)
+    assert ichain("library", "add", library, "--library", tmp_path / "L").status == 0
+    (tmp_path / "L" / "graph.lamp" / "manifest.json").write_text("{}")
+    refused = ichain("run", "torch", "--physics", "ideal", "--library", tmp_path / "L", "-o", tmp_path / "out")
+    assert refused.status == 2
+    assert "graph.lamp/manifest.json" in refused.line
+    assert not (tmp_path / "out").exists()

@@ -57,7 +57,7 @@ class LampScenario:
         parts["dimmer"].rail, parts["switch"].rail = -0.15, 0.15
         return ic.World(self.graph, robot, parts), lambda context: robot.set_hand(context, self.spec.home_hand())
 
-    def record_demonstrations(self, progress=None):
+    def record_demonstrations(self, progress=None, known=()):
         for piece in range(9):
             rng, rows = np.random.default_rng([self.seed, piece]), [np.array([0.45, 0.0, 0.0])]
             places = rng.uniform(0.32, 0.58, 2)

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from ichain_drake.control.path import TimedPath
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios import CarGame, Scenario, build_world, load_scenario
-from ichain_drake.scenarios.car_game import CarGameConfig
+from ichain_drake.scenarios.joystick_game import JoystickGameConfig
 
 
 def states(diagram: Diagram, context) -> list[np.ndarray]:
@@ -64,12 +64,12 @@ class Still(Scenario):
     """The car game's objects, without a path to follow."""
 
     name = "car_game"
-    config_class = CarGameConfig
+    config_class = JoystickGameConfig
 
     def make_graph(self):
         return CarGame(physics="ideal").graph
 
-    def record_demonstrations(self, progress=None):
+    def record_demonstrations(self, progress=None, known=()):
         yield from ()
 
     def drawings(self):

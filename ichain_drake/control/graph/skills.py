@@ -72,6 +72,7 @@ def learn_skills(
     model: GraphModel,
     pieces: Sequence[Demonstration],
     own: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
+    known: Skills | None = None,
 ) -> Skills:
     """Collect the switching events of the robot's interactions with their surroundings.
 
@@ -79,6 +80,7 @@ def learn_skills(
         model: the learned graph.
         pieces: the demonstrations, with flags.
         own: a designer's functions in place of learned skills.
+        known: events from before, which those of the pieces are added to.
 
     Raises:
         InputError: if a function is for something that is no interaction of the robot.
@@ -107,7 +109,8 @@ def learn_skills(
                 last = min(row + _AFTER + 1, switches[k + 1] if k + 1 < len(switches) else len(flags))
                 window = SwitchingWindow(root[first:last], child[row - 1], int(row - first))
                 found[0 if flags[row] else 1][edge].append(window)
-    on, off = ({e: tuple(w) for e, w in part.items()} for part in found)
+    before = ({}, {}) if known is None else (known.activations, known.deactivations)
+    on, off = ({e: (*w, *was.get(e, ())) for e, w in part.items()} for part, was in zip(found, before, strict=True))
     return Skills(on, off, dict(own or {}))
 
 

@@ -3,7 +3,8 @@
 from ichain_drake.learning.interaction.checks import read_pieces
 from ichain_drake.learning.interaction.events import EdgeExamples, Switching, SwitchingWindow
 from ichain_drake.learning.interaction.inverse import Inverse, invert, wanted_change
-from ichain_drake.learning.interaction.learn import learn_interactions
+from ichain_drake.learning.interaction.known import KnownObject, KnownParts
+from ichain_drake.learning.interaction.learn import contradicted, learn_interactions
 from ichain_drake.learning.interaction.model import InteractionModel
 from ichain_drake.learning.interaction.report import report
 from ichain_drake.learning.interaction.scores import event_f1, f1
@@ -15,9 +16,12 @@ __all__ = [
     "InteractionModel",
     "InteractionSpec",
     "Inverse",
+    "KnownObject",
+    "KnownParts",
     "LearnedInteraction",
     "Switching",
     "SwitchingWindow",
+    "contradicted",
     "event_f1",
     "f1",
     "invert",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,15 +21,21 @@ _ON = 0.5
 _DIGITS = 9  # states that agree to so many decimals are the same state
 
 
-def read_pieces(folder: Path, graph: InteractionGraph) -> list[Demonstration]:
+def read_pieces(folder: Path, graph: InteractionGraph, known: Collection[Interaction] = ()) -> list[Demonstration]:
     """Read every piece of a folder and check them for learning a graph, before anything else is done with them.
+
+    Args:
+        folder: with the pieces.
+        graph: the interaction graph.
+        known: interactions that they need not show.
 
     Raises:
         InputError: if the folder or a file can't be read, and as `check_pieces` and `check_flags`.
     """
     pieces = read_folder(folder)
     check_pieces(pieces, graph)
-    flags = {e: [p.table[e.name].to_numpy(dtype=float) > _ON for p in pieces] for e in graph.interactions}
+    shown = [e for e in graph.interactions if e not in known]
+    flags = {e: [p.table[e.name].to_numpy(dtype=float) > _ON for p in pieces] for e in shown}
     check_flags([p.name for p in pieces], flags)
     return pieces
 

@@ -8,7 +8,7 @@ shuffled scenario learns the same models to the last bit.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,12 +75,13 @@ class GraphData:
         return np.repeat(np.arange(len(self.pieces)), [len(p) for p in self.pieces])
 
 
-def collect(pieces: Sequence[Demonstration], graph: InteractionGraph) -> GraphData:
+def collect(pieces: Sequence[Demonstration], graph: InteractionGraph, known: Collection[Interaction] = ()) -> GraphData:
     """Check pieces and turn them into arrays.
 
     Args:
         pieces: tables with all objects and a flag column per interaction.
         graph: the interaction graph.
+        known: interactions that they need not show.
 
     Raises:
         InputError: see `checks`; one line that names piece, edge and remedy.
@@ -97,7 +98,7 @@ def collect(pieces: Sequence[Demonstration], graph: InteractionGraph) -> GraphDa
     ]
     names = [p.name for p in read]
     flags = {e: [p.flags[e] for p in read] for e in graph.interactions}
-    check_flags(names, flags)
+    check_flags(names, {e: parts for e, parts in flags.items() if e not in known})
     check_contradictions(names, flags, {n: [p.states[n] for p in read] for n in spaces}, graph)
 
     ordered = tuple(sorted(read, key=lambda p: _piece_key(p, graph.root)))

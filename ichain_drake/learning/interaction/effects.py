@@ -100,13 +100,15 @@ def learn_effects(
     alignments: Mapping[Interaction, Alignment | None],
     spec: InteractionSpec,
     noise: Mapping[str, FloatArray],
+    known: Mapping[Interaction, tuple[Effect, ...]] | None = None,
 ) -> dict[Interaction, tuple[Effect, ...]]:
-    """Effects of all interactions on one object.
+    """Effects of all interactions on one object but those whose effects are known.
 
     Each interaction is first fitted where no other one acts, if there is enough of that; then anew on what the others
     leave, so that several parents of one child are told apart.
     """
-    edges = data.incoming(child)
+    known = known or {}
+    edges = tuple(e for e in data.incoming(child) if e not in known)
     rows = {e: _collect(data, e) for e in edges}
     columns = {
         e: [
@@ -120,10 +122,11 @@ def learn_effects(
     for i, v in enumerate(passive.variables):
         if v.kind == "change":
             continue
-        effects: dict[Interaction, Effect] = {}
-        for sweep in range(2 if len(edges) > 1 else 1):
+        effects = {e: f for e, theirs in known.items() for f in theirs if e.child == child and f.variable == i}
+        for sweep in range(2 if len(data.incoming(child)) > 1 else 1):
             for e in edges:
-                overlap = np.any([on for _, _, on in rows[e].others.values()], axis=0) if len(edges) > 1 else None
+                others = [on for _, _, on in rows[e].others.values()]
+                overlap = np.any(others, axis=0) if others else None
                 if sweep and (overlap is None or not _overlapping(rows[e], effects)):
                     continue  # nothing to tell apart
                 alone = ~overlap if not sweep and overlap is not None else None
@@ -132,8 +135,9 @@ def learn_effects(
                 effects.pop(e, None)
                 if effect is not None:
                     effects[e] = effect
-        for e, effect in effects.items():
-            found[e].append(effect)
+        for e in edges:
+            if e in effects:
+                found[e].append(effects[e])
     return {e: tuple(effects) for e, effects in found.items()}
 
 

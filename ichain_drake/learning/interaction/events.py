@@ -11,7 +11,8 @@ from ichain_drake.learning.interaction.data import GraphData
 from ichain_drake.learning.interaction.scores import switches
 from ichain_drake.state import FloatArray
 
-_MOST_EXAMPLES = 200
+MOST_EXAMPLES = 200
+"""Rows at most that are kept of either status."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,6 @@ def _switching(data: GraphData, events: list[tuple[int, int]]) -> Switching:
 
 def _drawn(data: GraphData, mask: np.ndarray) -> dict[str, FloatArray]:
     rows = np.flatnonzero(mask)
-    if len(rows) > _MOST_EXAMPLES:
-        rows = rows[np.linspace(0, len(rows) - 1, _MOST_EXAMPLES).round().astype(int)]
+    if len(rows) > MOST_EXAMPLES:
+        rows = rows[np.linspace(0, len(rows) - 1, MOST_EXAMPLES).round().astype(int)]
     return {n: data.stacked(n)[rows] for n in data.spaces}

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.interaction.agreement import disagreements
 from ichain_drake.learning.interaction.alignment import learn_alignment
 from ichain_drake.learning.interaction.customary import learn_customary
 from ichain_drake.learning.interaction.data import GraphData, collect
-from ichain_drake.learning.interaction.effects import MOVING, Effect, learn_effects
+from ichain_drake.learning.interaction.effects import MOVING, learn_effects
 from ichain_drake.learning.interaction.events import collect_examples
+from ichain_drake.learning.interaction.known import KnownObject, KnownParts, joined_examples, typical_row
 from ichain_drake.learning.interaction.model import InteractionModel
 from ichain_drake.learning.interaction.noise import measurement_std
-from ichain_drake.learning.interaction.passive import learn_passive
+from ichain_drake.learning.interaction.passive import PassiveDynamics, learn_passive
 from ichain_drake.learning.interaction.spec import InteractionSpec
 from ichain_drake.learning.interaction.status import learn_status
 from ichain_drake.learning.interaction.tick import LearnedInteraction
@@ -25,35 +28,85 @@ from ichain_drake.state import FloatArray
 
 
 def learn_interactions(
-    pieces: Sequence[Demonstration], graph: InteractionGraph, spec: InteractionSpec | None = None
+    pieces: Sequence[Demonstration],
+    graph: InteractionGraph,
+    spec: InteractionSpec | None = None,
+    known: KnownParts | None = None,
 ) -> InteractionModel:
-    """Learn everything about a graph (paper sec. V, VI).
+    """Learn everything about a graph (paper sec. V, VI), or what is not known yet.
 
     Args:
-        pieces: unordered demonstrations; each holds all objects and a flag column per interaction.
+        pieces: unordered demonstrations; each holds all objects and a flag column per interaction. What is known need
+            not be shown in any; where nothing is left to be learned there may be none.
         graph: objects with kinds and roles, and the interactions.
         spec: candidate estimators.
+        known: what is taken as it is (paper sec. IV, its end: one link is swapped, the others stay).
 
     Raises:
         InputError: on data that can't be learned from, in one line that names piece, edge and remedy.
     """
     # One BLAS thread: the same models in every bit for any number of processors, and faster on arrays this small.
     with threadpool_limits(limits=1, user_api="blas"):
-        return _learn(pieces, graph, spec or InteractionSpec())
+        known = known or KnownParts()
+        if not pieces and known.is_whole(graph):
+            return _assembled(graph, known)
+        return _learn(pieces, graph, spec or InteractionSpec(), known)
 
 
-def _learn(pieces: Sequence[Demonstration], graph: InteractionGraph, spec: InteractionSpec) -> InteractionModel:
+def contradicted(pieces: Sequence[Demonstration], graph: InteractionGraph, known: KnownParts) -> dict[Interaction, str]:
+    """Known interactions that demonstrations contradict, with what differs in words; see `disagreements`.
+
+    Raises:
+        InputError: on pieces that can't be read as the graph's.
+    """
+    return disagreements(collect(pieces, graph, known.edges), known) if pieces else {}
+
+
+def _assembled(graph: InteractionGraph, known: KnownParts) -> InteractionModel:
+    """A model of known parts alone."""
+    about = {n: known.objects[n] for n in graph.objects}
+    typical = {n: o.typical for n, o in about.items()}
+    return InteractionModel(
+        graph=graph,
+        edges={
+            e: replace(
+                known.edges[e], examples=joined_examples(known.edges[e].examples, None, typical, elsewhere=False)
+            )
+            for e in graph.interactions
+        },
+        passive={n: o.passive for n, o in about.items() if o.passive is not None},
+        low={n: o.low for n, o in about.items()},
+        high={n: o.high for n, o in about.items()},
+        step_limit={n: o.step_limit for n, o in about.items()},
+        order=graph.interactions,
+        noise={n: o.noise for n, o in about.items()},
+        pieces=(),
+    )
+
+
+def _learn(
+    pieces: Sequence[Demonstration], graph: InteractionGraph, spec: InteractionSpec, known: KnownParts
+) -> InteractionModel:
     started = time.perf_counter()
-    data = collect(pieces, graph)
-    noise = {n: measurement_std(data, n) for n in data.spaces}
+    data = collect(pieces, graph, known.edges)
+    about, taken = known.objects, known.edges
+    noise = {n: about[n].noise if n in about else measurement_std(data, n) for n in data.spaces}
     children = [n for n in graph.objects if n != graph.root]
-    alignments = {e: learn_alignment(data, e, noise) for e in data.edges}
-    passive = {n: learn_passive(data, n, spec, noise) for n in children}
-    effects: dict[Interaction, tuple[Effect, ...]] = {}
+    alignments = {e: taken[e].alignment if e in taken else learn_alignment(data, e, noise) for e in data.edges}
+    passive = {n: _passive(known, n) or learn_passive(data, n, spec, noise) for n in children}
+    effects = {e: learned.effects for e, learned in taken.items()}
     for child in children:
-        effects |= learn_effects(data, child, passive[child], alignments, spec, noise)
+        theirs = {e: learned.effects for e, learned in taken.items() if e.child == child}
+        effects |= learn_effects(data, child, passive[child], alignments, spec, noise, theirs)
+    typical = {n: typical_row(data.stacked(n)) for n in data.spaces}
     edges = {}
     for e in graph.interactions:
+        if e in taken:
+            shown = joined_examples(
+                taken[e].examples, collect_examples(data, e), typical, elsewhere=e in known.elsewhere
+            )
+            edges[e] = replace(taken[e], examples=shown)
+            continue
         seen = data.stacked(e.parent)[data.flag(e)]
         status = learn_status(data, e, alignments, spec, noise, {f.variable for f in effects[e]})
         edges[e] = LearnedInteraction(
@@ -70,14 +123,25 @@ def _learn(pieces: Sequence[Demonstration], graph: InteractionGraph, spec: Inter
         graph=graph,
         edges=edges,
         passive=passive,
-        low={n: data.stacked(n).min(axis=0) for n in data.spaces},
-        high={n: data.stacked(n).max(axis=0) for n in data.spaces},
-        step_limit={n: _step_limit(data, n) for n in data.spaces},
+        low={n: np.min([data.stacked(n).min(axis=0), *(o.low for o in _of(known, n))], axis=0) for n in data.spaces},
+        high={n: np.max([data.stacked(n).max(axis=0), *(o.high for o in _of(known, n))], axis=0) for n in data.spaces},
+        step_limit={
+            n: np.max([_step_limit(data, n), *(o.step_limit for o in _of(known, n))], axis=0) for n in data.spaces
+        },
         order=data.edges,
         noise=noise,
         pieces=tuple(p.name for p in pieces),
         wall_seconds=time.perf_counter() - started,
     )
+
+
+def _of(known: KnownParts, obj: str) -> list[KnownObject]:
+    """What is known of an object: one entry or none."""
+    return [known.objects[obj]] if obj in known.objects else []
+
+
+def _passive(known: KnownParts, obj: str) -> PassiveDynamics | None:
+    return known.objects[obj].passive if obj in known.objects else None
 
 
 def _active_step(data: GraphData, edge: Interaction, noise: FloatArray) -> FloatArray:

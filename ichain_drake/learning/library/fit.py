@@ -36,7 +36,7 @@ def check_fit(
     Raises:
         InputError: names the variable or field that differs.
     """
-    _check_time(manifest, where)
+    check_time(manifest, where)
     for end, old, new in zip(("parent", "child"), saved, here, strict=True):
         check_space(old, new, f"{where}: {end}")
     if manifest["targets"] != list(targets):
@@ -58,7 +58,7 @@ def check_graph(manifest: Mapping[str, Any], saved: InteractionGraph, here: Inte
     Raises:
         InputError: names the object, interaction, variable or field that differs.
     """
-    _check_time(manifest, where)
+    check_time(manifest, where)
     for what, old, new in (
         ("object", list(saved.objects), list(here.objects)),
         ("interaction", [e.name for e in saved.interactions], [e.name for e in here.interactions]),
@@ -72,7 +72,16 @@ def check_graph(manifest: Mapping[str, Any], saved: InteractionGraph, here: Inte
         check_space(saved.objects[name], space.observable, f"{where}: {name}")
 
 
-def _check_time(manifest: Mapping[str, Any], where: str) -> None:
+def check_time(manifest: Mapping[str, Any], where: str) -> None:
+    """Refuse what was learned at another period, or by another convention of time.
+
+    Args:
+        manifest: of a link or graph.
+        where: begins the error.
+
+    Raises:
+        InputError: names the field.
+    """
     if abs(manifest["period"] - TICK) > 1e-9 * TICK:
         raise InputError(
             f"{where}: period: it was learned at {manifest['period']:.6g} s, this version runs at {TICK:.6g} s; {_HINT}"

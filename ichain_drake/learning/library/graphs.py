@@ -7,12 +7,15 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.frozen.model import Array
 from ichain_drake.learning.interaction.model import InteractionModel
 from ichain_drake.learning.library.encoding import encode
 from ichain_drake.learning.library.files import MANIFEST, graph_name, item_folders, sha256, write_files
+from ichain_drake.learning.library.fit import check_graph
 from ichain_drake.learning.library.manifest import TIME_CONVENTION, space_fields, write_manifest
+from ichain_drake.learning.library.parts import LibraryParts, load_parts
 from ichain_drake.learning.library.save import current_versions
 from ichain_drake.learning.library.saved_graph import GRAPH, WEIGHTS, Contents, KnownGraph, SavedGraph
 from ichain_drake.learning.library.weights import pack_arrays
@@ -85,6 +88,36 @@ def load_graph(library: Path, name: str, graph: InteractionGraph) -> KnownGraph 
         return None
     with threadpool_limits(limits=1, user_api="blas"):  # the trial evaluations, as everywhere
         return SavedGraph.read(folder).known(graph)
+
+
+def load_fitting(library: Path, name: str, graph: InteractionGraph) -> KnownGraph | LibraryParts:
+    """Load all that a library's graphs know about the graph at hand.
+
+    Args:
+        library: the library's folder.
+        name: by which the graph at hand is saved.
+        graph: the graph at hand.
+
+    Returns:
+        The saved graph of that name if it fits as a whole; otherwise every interaction that fits; see `load_parts`.
+
+    Raises:
+        InputError: as `load_parts`; and if the graph of that name has no interaction that fits: names the field or
+            variable that differs.
+    """
+    folder = library / graph_name(name)
+    if folder.name not in {found.name for found in item_folders(library)}:
+        return load_parts(library, name, graph)
+    with threadpool_limits(limits=1, user_api="blas"):
+        saved = SavedGraph.read(folder)
+        try:
+            check_graph(saved.manifest, saved.graph(), graph, str(folder))
+        except InputError as error:
+            parts = load_parts(library, name, graph)
+            if len(parts.known.elsewhere) == len(parts.known.edges):
+                raise error from None
+            return parts
+        return saved.known(graph)
 
 
 def _scores(model: InteractionModel, edge: Interaction) -> dict[str, Any]:

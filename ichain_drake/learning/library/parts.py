@@ -1,0 +1,225 @@
+"""Every interaction of saved graphs that fits a graph at hand, one by one: the rest is left to be learned."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.interaction.events import SwitchingWindow
+from ichain_drake.learning.interaction.known import KnownObject, KnownParts, typical_row
+from ichain_drake.learning.interaction.model import InteractionModel
+from ichain_drake.learning.interaction.passive import PassiveDynamics
+from ichain_drake.learning.interaction.renaming import renamed, seen_by
+from ichain_drake.learning.library.files import graph_name, is_graph_name, item_folders
+from ichain_drake.learning.library.fit import check_space, check_time
+from ichain_drake.learning.library.saved_graph import KnownGraph, SavedGraph
+
+Windows = Mapping[Interaction, tuple[SwitchingWindow, ...]]
+
+
+@dataclass(frozen=True)
+class LibraryParts:
+    """What a library's graphs know about a graph at hand.
+
+    Attributes:
+        known: the interactions that fit, and their objects.
+        activations, deactivations: demonstrated events of those that are the robot's.
+        sources: where each was found: the saved graph's folder, and its name there where that is another.
+        robot_seconds: what recording its demonstrations took of the robot then, with all others of its graph [s].
+        reasons: why each of the other interactions was not taken.
+    """
+
+    known: KnownParts = field(default_factory=KnownParts)
+    activations: Windows = field(default_factory=dict)
+    deactivations: Windows = field(default_factory=dict)
+    sources: Mapping[Interaction, str] = field(default_factory=dict)
+    robot_seconds: Mapping[Interaction, float] = field(default_factory=dict)
+    reasons: Mapping[Interaction, str] = field(default_factory=dict)
+
+    def without(self, reasons: Mapping[Interaction, str]) -> LibraryParts:
+        """The same, without some interactions, for these reasons; an object all of whose known ones go is forgotten."""
+        kept = {e for e in self.known.edges if e not in reasons}
+        gone = {e.child for e in reasons} - {e.child for e in kept}
+        return LibraryParts(
+            self.known.without(reasons, gone),
+            {e: w for e, w in self.activations.items() if e in kept},
+            {e: w for e, w in self.deactivations.items() if e in kept},
+            {e: s for e, s in self.sources.items() if e in kept},
+            {e: s for e, s in self.robot_seconds.items() if e in kept},
+            {**self.reasons, **reasons},
+        )
+
+
+def load_parts(library: Path, name: str, graph: InteractionGraph) -> LibraryParts:
+    """Every interaction of a graph that a library's saved graphs know.
+
+    The graph that was saved by the same name is looked at first, the others in the order of their names. An interaction
+    fits if both of its ends have the same type and variables as here, with units, kinds and roles, and if whatever else
+    its status looks at is here too. One between objects of the same names is preferred; otherwise it is taken where
+    the types leave no choice: with two buttons of one type, the types don't say which is which.
+
+    Args:
+        library: the library's folder.
+        name: of the scenario at hand.
+        graph: its interaction graph.
+
+    Raises:
+        InputError: if there is no such library, it holds what is no part of one, or a graph in it is damaged, edited or
+            of a newer format; names the file and field.
+    """
+    found = LibraryParts(reasons=dict.fromkeys(graph.interactions, "the library knows no such interaction"))
+    own = graph_name(name)
+    folders = [folder for folder in item_folders(library) if is_graph_name(folder.name)]
+    with threadpool_limits(limits=1, user_api="blas"):  # the trial evaluations, as everywhere
+        for folder in sorted(folders, key=lambda f: (f.name != own, f.name)):
+            found = _with_graph(found, SavedGraph.read(folder), graph, elsewhere=folder.name != own)
+    return found
+
+
+def _with_graph(found: LibraryParts, saved: SavedGraph, graph: InteractionGraph, *, elsewhere: bool) -> LibraryParts:
+    theirs, folder = saved.graph(), saved.folder
+    try:
+        check_time(saved.manifest, str(folder))
+    except InputError as error:
+        return replace(found, reasons={e: str(error) for e in found.reasons})
+    known = saved.known(theirs)
+    reasons = dict(found.reasons)
+    for edge in [e for e in graph.interactions if e not in found.known.edges]:
+        try:
+            match = _counterpart(edge, graph, theirs, folder)
+            if match is None:
+                continue
+            names = _names(edge, match, known.model, graph, folder)
+        except InputError as error:
+            reasons[edge] = str(error)
+            continue
+        reasons.pop(edge, None)
+        found = _with_edge(found, edge, match, names, known, graph, folder, elsewhere=elsewhere)
+    return replace(found, reasons=reasons)
+
+
+def _counterpart(
+    edge: Interaction, graph: InteractionGraph, theirs: InteractionGraph, folder: Path
+) -> Interaction | None:
+    """The saved interaction that an interaction here is; None where there is none between such types.
+
+    Raises:
+        InputError: if the one of the same name doesn't fit, or the types leave a choice; says what.
+    """
+    if edge in theirs.interactions:
+        for end in (edge.parent, edge.child):
+            check_space(theirs.objects[end], graph.objects[end].observable, f"{folder}: {end}")
+        return edge
+    alike = [e for e in theirs.interactions if _fits(e, edge, theirs, graph)]
+    if not alike:
+        return None
+    rivals = [e for e in graph.interactions if any(_fits(a, e, theirs, graph) for a in alike)]
+    if len(alike) > 1 or len(rivals) > 1:
+        raise InputError(
+            f"{folder}: {', '.join(e.name for e in alike)} may be any of {', '.join(e.name for e in rivals)}; "
+            "objects of the same names would tell"
+        )
+    return alike[0]
+
+
+def _fits(saved: Interaction, here: Interaction, theirs: InteractionGraph, graph: InteractionGraph) -> bool:
+    pairs = ((saved.parent, here.parent), (saved.child, here.child))
+    return all(_same_space(theirs, old, graph, new) for old, new in pairs)
+
+
+def _same_space(theirs: InteractionGraph, old: str, graph: InteractionGraph, new: str) -> bool:
+    try:
+        check_space(theirs.objects[old], graph.objects[new].observable, "")
+    except InputError:
+        return False
+    return True
+
+
+def _names(
+    edge: Interaction, match: Interaction, model: InteractionModel, graph: InteractionGraph, folder: Path
+) -> dict[str, str]:
+    """Counterparts here of the objects of a saved graph, by their names there, as far as there are any.
+
+    Raises:
+        InputError: if the interaction's status looks at an object that has none.
+    """
+    theirs = model.graph
+    names = {match.parent: edge.parent, match.child: edge.child}
+    for old in theirs.objects:
+        if old in names:
+            continue
+        alike = [n for n in graph.objects if n not in names.values() and _same_space(theirs, old, graph, n)]
+        if old in alike:
+            names[old] = old
+        elif len(alike) == 1 and old not in graph.objects:
+            names[old] = alike[0]
+    lacking = sorted(seen_by(model.edges[match]) - set(names))
+    # Only the states of the child and its parents are there when a status is decided.
+    lacking += sorted(n for n in seen_by(model.edges[match]) & set(names) if not _is_near(names[n], edge, graph))
+    if lacking:
+        raise InputError(f"{folder}: {match.name}: its status also looks at {lacking[0]}, which doesn't act on {edge.child} here")
+    return names
+
+
+def _is_near(obj: str, edge: Interaction, graph: InteractionGraph) -> bool:
+    return obj in (edge.child, *graph.parents(edge.child))
+
+
+def _with_edge(
+    found: LibraryParts,
+    edge: Interaction,
+    match: Interaction,
+    names: Mapping[str, str],
+    saved: KnownGraph,
+    graph: InteractionGraph,
+    folder: Path,
+    *,
+    elsewhere: bool,
+) -> LibraryParts:
+    parts, model = found.known, saved.model
+    near = {old: new for old, new in names.items() if old in (match.parent, match.child) or _is_near(new, edge, graph)}
+    learned = renamed(model.edges[match], near, graph)
+    learned = replace(learned, examples=renamed(model.edges[match], names, graph).examples)
+    ends = {edge.parent: match.parent, edge.child: match.child}
+    objects = {new: _about(model, old, graph, new) for new, old in ends.items() if new not in parts.objects}
+    return LibraryParts(
+        KnownParts(
+            {**parts.edges, edge: learned},
+            {**parts.objects, **objects},
+            [*parts.elsewhere, *([edge] if elsewhere else [])],
+        ),
+        {**found.activations, **_windows(saved.activations, match, edge)},
+        {**found.deactivations, **_windows(saved.deactivations, match, edge)},
+        {**found.sources, edge: str(folder) + ("" if match == edge else f": {match.name}")},
+        {**found.robot_seconds, edge: saved.robot_seconds},
+        found.reasons,
+    )
+
+
+def _windows(saved: Windows, match: Interaction, edge: Interaction) -> Windows:
+    return {edge: saved[match]} if match in saved else {}
+
+
+def _about(model: InteractionModel, old: str, graph: InteractionGraph, new: str) -> KnownObject:
+    rows = np.vstack([states[old] for states in _demonstrated(model)])
+    passive = model.passive.get(old)
+    return KnownObject(
+        None if passive is None else PassiveDynamics(graph.objects[new].observable, passive.variables),
+        model.low[old],
+        model.high[old],
+        model.step_limit[old],
+        model.noise[old],
+        typical_row(rows),
+    )
+
+
+def _demonstrated(model: InteractionModel) -> Iterator[Mapping[str, np.ndarray]]:
+    for learned in model.edges.values():
+        yield learned.examples.active
+        yield learned.examples.inactive
