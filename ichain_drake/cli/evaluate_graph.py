@@ -91,21 +91,26 @@ def _classifiers(lines: Sequence[Mapping[str, Any]], held_out: Mapping[str, Any]
         "interaction", "status F1", "near-miss F1", "as read (true gate)", "switching F1", "events", "rows", box=None
     )
     for line in lines:
-        near, read, gate = (_figure(line[k]) for k in ("near_miss_f1", "near_miss_read_f1", "gate_read_f1"))
         view.add_row(
             line["interaction"],
             _figure(line["status_f1"]),
-            near,
-            "-" if line["near_misses"] is None else f"{read} ({gate})",
+            *_near_misses(line),
             _figure(line["event_f1"]),
             str(line["events"]),
             str(line["rows"]),
         )
+        for moved, figures in line["borders"].items():
+            view.add_row(f"  by {moved}", "", *_near_misses(figures), "", "", "")
     note = (
         f"on {held_out['pieces']} held-out pieces of {len(held_out['seeds'])} other seeds; near misses beside as many "
         "states inside; switching within one step"
     )
     return table_text(view, note)
+
+
+def _near_misses(line: Mapping[str, Any]) -> tuple[str, str]:
+    near, read, gate = (_figure(line[k]) for k in ("near_miss_f1", "near_miss_read_f1", "gate_read_f1"))
+    return near, "-" if line["near_misses"] is None else f"{read} ({gate})"
 
 
 def _figure(value: float | None) -> str:

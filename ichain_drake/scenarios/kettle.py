@@ -13,8 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 from pydrake.common.schema import Transform
 
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.graph import InteractionGraph
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.objects import Button, ButtonMount, Cup, CupFaults, CupSettings, Kettle, KettleSettings, WorldObject
 from ichain_drake.objects.dispenser_drawings import ButtonDrawing, CupDrawing
 from ichain_drake.objects.kettle_drawings import KettleDrawing, PlateDrawing
@@ -26,10 +27,12 @@ from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.config_checks import check_numbers, check_ranges
 from ichain_drake.scenarios.kettle_demonstrations import script_pieces
 from ichain_drake.scenarios.kettle_layout import LAYOUT, KettleStart, VesselShape
+from ichain_drake.scenarios.kettle_probes import KettleProbes
 from ichain_drake.scenarios.mishaps import FAULTS, Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.scenarios.standing_motion import StandingMotion
+from ichain_drake.scenarios.status_accuracy import Probes
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import Camera
 
@@ -187,6 +190,10 @@ class KettleScenario(Appliance[KettleStart]):
     def script(self, rng: np.random.Generator) -> Iterable[ScriptedPiece[KettleStart]]:
         """See `script_pieces`."""
         return script_pieces(rng, bodies=self.physics == "contact")
+
+    def probes(self, edge: Interaction, pieces: Sequence[Demonstration], count: int) -> Probes | None:
+        """States around the border of an interaction; see `HasProbes`. For an evaluation alone."""
+        return KettleProbes(self).make(edge, pieces, count)
 
     def drawings(self) -> Mapping[str, Any]:
         """Bottle, kettle and switch; plate, console and hand too where no plant shows them."""

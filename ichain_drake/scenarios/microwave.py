@@ -13,7 +13,8 @@ import numpy as np
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
 
-from ichain_drake.graph import InteractionGraph
+from ichain_drake.demonstrations.table import Demonstration
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.objects import WorldObject
 from ichain_drake.objects.cup_settings import CupFaults
 from ichain_drake.objects.food import Food, FoodSettings
@@ -28,10 +29,12 @@ from ichain_drake.scenarios.config_checks import check_numbers, check_ranges
 from ichain_drake.scenarios.microwave_demonstrations import script_pieces
 from ichain_drake.scenarios.microwave_layout import LAYOUT, MicrowaveStart
 from ichain_drake.scenarios.microwave_motion import OvenMotion
+from ichain_drake.scenarios.microwave_probes import OvenProbes
 from ichain_drake.scenarios.microwave_teleoperation import HOLD
 from ichain_drake.scenarios.mishaps import FAULTS, Mishap, MishapConfig
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
+from ichain_drake.scenarios.status_accuracy import Probes
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import Camera
 
@@ -41,6 +44,7 @@ _PARTS: dict[str, tuple[type[OvenPart], PartMount]] = {
     BUTTON: (SlidingPart, LAYOUT.button),
     KNOB: (Dial, LAYOUT.knob),
 }
+_STIFF = (BUTTON, KNOB)  # what the fault of that name meets
 
 
 @dataclass
@@ -66,7 +70,8 @@ class MicrowaveConfig(ApplianceConfig):
 
     Attributes:
         goal, camera_shift: see `ApplianceConfig`.
-        start, mishap: see there; mishaps meet the food, and a knock is less than what the goal lets it be off.
+        start, mishap: see there; `stiff` meets button and knob, what else goes wrong the food, and a knock is less than
+            what the goal lets it be off.
     """
 
     start: OvenStartConfig = field(default_factory=OvenStartConfig)
@@ -78,7 +83,7 @@ class Microwave(Appliance[MicrowaveStart]):
 
     name: ClassVar[str] = "microwave"
     config_class: ClassVar[type[ScenarioConfig]] = MicrowaveConfig
-    faults: ClassVar[tuple[str, ...]] = tuple(f for f in FAULTS if f != "stiff")
+    faults: ClassVar[tuple[str, ...]] = FAULTS
     closes_by: ClassVar[float] = 0.05
     script_purpose: ClassVar[int] = 1
     config: MicrowaveConfig
@@ -123,6 +128,8 @@ class Microwave(Appliance[MicrowaveStart]):
 
         def part(name: str) -> OvenPart:
             kind, mount = _PARTS[name]
+            if name in _STIFF:
+                mount = dataclasses.replace(mount, stiff=make.mishap.stiffness)
             return make(kind, name, lambda part: part.state_at(coordinates[name]), mount=mount)
 
         def placed(food: Food) -> FloatArray:
@@ -143,7 +150,7 @@ class Microwave(Appliance[MicrowaveStart]):
         """The oven's parts, whose models have their names, and the food."""
         parts = {
             name: BodySpec(
-                f"{MODELS}/microwave/{name}.sdf",
+                f"{MODELS}/microwave/{name}{'_stiff' if name in _STIFF and mishap.stiffness != 1.0 else ''}.sdf",
                 Transform(translation=list(_PARTS[name][1].point)),
                 joints={"move": coordinate},
             )
@@ -171,6 +178,10 @@ class Microwave(Appliance[MicrowaveStart]):
     def script(self, rng: np.random.Generator) -> Iterable[ScriptedPiece[MicrowaveStart]]:
         """See `script_pieces`."""
         return script_pieces(rng, bodies=self.physics == "contact")
+
+    def probes(self, edge: Interaction, pieces: Sequence[Demonstration], count: int) -> Probes | None:
+        """States around the border of an interaction; see `HasProbes`. For an evaluation alone."""
+        return OvenProbes(self).make(edge, pieces, count)
 
     def drawings(self) -> Mapping[str, Any]:
         """Food and the oven's parts; the oven's body and the hand too where no plant shows them."""

@@ -19,7 +19,7 @@ class MishapConfig:
         time: earliest and latest time of a slip, knock or drop-out [s].
         knock: by how much a standing thing is displaced [m].
         dropout: duration [s].
-        stiffness: factor on a stiff button's force.
+        stiffness: factor on the force of what is stiff, or on the way that a hand has to go.
     """
 
     time: list[float] = field(default_factory=lambda: [4.0, 60.0])
@@ -36,7 +36,7 @@ class Mishap:
         slips: times at which a held thing slips out of the hand [s].
         knocks: times [s] and displacements along x and y [m] of a thing that stands.
         dropouts: intervals in which a sensor gives nothing [s].
-        stiffness: factor on the force of buttons.
+        stiffness: factor on the force of buttons and the like, or on the way that a hand has to go.
     """
 
     slips: tuple[float, ...] = ()

@@ -36,12 +36,14 @@ class Probes:
         read: the same as sensors give them.
         active: the truth, shape (n,).
         gate: what the true region says of the readings, shape (n,): as well as they can be told.
+        border: which border each probe is about, by the object that was moved, length n; empty if there is but one.
     """
 
     true: States
     read: States
     active: BoolArray
     gate: BoolArray
+    border: tuple[str, ...] = ()
 
 
 @runtime_checkable
@@ -97,15 +99,25 @@ def probe_scores(model: InteractionModel, edge: Interaction, probes: Probes | No
 
     Returns:
         `near_misses`, `near_miss_f1` on true states, `near_miss_read_f1` on readings, and `gate_read_f1`: how well
-        the true region itself tells those readings. None where there are no probes.
+        the true region itself tells those readings. None where there are no probes. `borders`: the same for each
+        border by itself, by the object that was moved; empty where there are not several.
     """
     if probes is None:
-        return dict.fromkeys(("near_misses", "near_miss_f1", "near_miss_read_f1", "gate_read_f1"))
+        return {**dict.fromkeys(("near_misses", "near_miss_f1", "near_miss_read_f1", "gate_read_f1")), "borders": {}}
+    told, read = (np.asarray(model.decide(edge, s) >= 0.0) for s in (probes.true, probes.read))
+    all_of_them = np.ones(len(probes.active), dtype=bool)
+    names, border = list(dict.fromkeys(probes.border)), np.array(probes.border)
+    several = {n: _figures(probes, told, read, border == n) for n in names} if len(names) > 1 else {}
+    return {**_figures(probes, told, read, all_of_them), "borders": several}
+
+
+def _figures(probes: Probes, told: BoolArray, read: BoolArray, chosen: BoolArray) -> dict[str, Any]:
+    active = probes.active[chosen]
     return {
-        "near_misses": int(np.sum(~probes.active)),
-        "near_miss_f1": f1(probes.active, np.asarray(model.decide(edge, probes.true) >= 0.0)),
-        "near_miss_read_f1": f1(probes.active, np.asarray(model.decide(edge, probes.read) >= 0.0)),
-        "gate_read_f1": f1(probes.active, probes.gate),
+        "near_misses": int(np.sum(~active)),
+        "near_miss_f1": f1(active, told[chosen]),
+        "near_miss_read_f1": f1(active, read[chosen]),
+        "gate_read_f1": f1(active, probes.gate[chosen]),
     }
 
 

@@ -153,7 +153,7 @@ def test_by_contact_a_hand_has_no_near_misses(dispenser_pieces):
     contact = WaterDispenser((), "contact")
     made = {e.name: contact.probes(e, dispenser_pieces, 5) is not None for e in contact.graph.interactions}
     assert made == {e.name: e.parent != "hand" for e in contact.graph.interactions}
-    empty = dict.fromkeys(("near_misses", "near_miss_f1", "near_miss_read_f1", "gate_read_f1"))
+    empty = dict.fromkeys(("near_misses", "near_miss_f1", "near_miss_read_f1", "gate_read_f1")) | {"borders": {}}
     assert probe_scores(None, contact.graph.interactions[0], None) == empty  # type: ignore[arg-type]
 
 

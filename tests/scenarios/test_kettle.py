@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from kettle_pieces import kettle, kettle_pieces
 
 from ichain_drake.control.graph.plan import Plan
 from ichain_drake.demonstrations.table import Demonstration
@@ -28,14 +29,7 @@ STEPS = ("pour", "boil", "return")
 QUICK = InteractionSpec(status_estimators=(EstimatorSpec.parse("box(reach=0.3)"),))
 
 
-@cache
-def scenario() -> KettleScenario:
-    return KettleScenario((), "ideal", seed=0)
-
-
-@cache
-def pieces() -> list[Demonstration]:
-    return list(scenario().record_demonstrations())
+scenario, pieces = kettle, kettle_pieces
 
 
 def whole_task(start: KettleStart) -> np.ndarray:

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from oven_pieces import oven, oven_pieces
 from pydrake.multibody.plant import MultibodyPlant
 
+from ichain_drake.cli.evaluate_graph import format_evaluation
 from ichain_drake.control.graph.enabling import enabling_places
 from ichain_drake.control.graph.holding import can_hold
 from ichain_drake.control.graph.plan import Plan
@@ -19,6 +21,7 @@ from ichain_drake.learning.interaction import InteractionSpec
 from ichain_drake.robot.models import model_parser, resolve_model
 from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.episode import Episode, EpisodeLog
+from ichain_drake.scenarios.graph_evaluation import score_classifiers
 from ichain_drake.scenarios.graph_run import GraphRun, run_graph
 from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
 from ichain_drake.scenarios.microwave import BUTTON, DOOR, FOOD, HAND, KNOB, Microwave
@@ -32,14 +35,7 @@ PLACE = (0.755, 0.045)
 STEPS = ("put in", "shut", "switch on", "turn up", "take out")
 
 
-@cache
-def scenario() -> Microwave:
-    return Microwave((), "ideal")
-
-
-@cache
-def pieces() -> tuple[Demonstration, ...]:
-    return tuple(scenario().record_demonstrations())
+scenario, pieces = oven, oven_pieces
 
 
 @cache
@@ -106,13 +102,27 @@ def test_the_plants_oven_is_the_layouts() -> None:
     for box in LAYOUT.boxes:
         middle = " ".join(f"{(a + b) / 2:.4g}" for a, b in zip(box[:3], box[3:], strict=True))
         assert f'<origin xyz="{middle}"/>' in text
-    bodies = scenario().bodies(MicrowaveStart((0.6, -0.2), 0.1, door=0.05), Mishap())
-    for name, mount in ((DOOR, LAYOUT.door), (BUTTON, LAYOUT.button), (KNOB, LAYOUT.knob)):
-        part = MultibodyPlant(0.0)
-        model_parser(part).AddModels(resolve_model(bodies[name].file, "test"))
-        part.Finalize()
-        joint = part.GetJointByName("move")
-        assert (joint.position_lower_limits()[0], joint.position_upper_limits()[0]) == (0.0, mount.travel)
+    for mishap in (Mishap(), Mishap(stiffness=1.5)):
+        bodies = scenario().bodies(MicrowaveStart((0.6, -0.2), 0.1, door=0.05), mishap)
+        for name, mount in ((DOOR, LAYOUT.door), (BUTTON, LAYOUT.button), (KNOB, LAYOUT.knob)):
+            part = MultibodyPlant(0.0)
+            model_parser(part).AddModels(resolve_model(bodies[name].file, "test"))
+            part.Finalize()
+            joint = part.GetJointByName("move")
+            assert (joint.position_lower_limits()[0], joint.position_upper_limits()[0]) == (0.0, mount.travel)
+
+
+@pytest.mark.parametrize("physics", ["ideal", "contact"])
+def test_stiff_controls_lag_behind_the_hand(physics: str) -> None:
+    stiff = Microwave(("fault.kind=stiff", "noise.scale=0"), physics)  # type: ignore[arg-type]
+    hand = OvenTeleoperation(stiff.start(0).hand).take_part("button", 0.0).slide("button", IN).wait(1).leave()
+    hand.take(LAYOUT.knob.point).to(roll=-1.0).wait(1).leave()
+    world, prepare = stiff.make_world(0)
+    episode = Episode(world, Commands(hand.commands), prepare)
+    episode.run(len(hand.commands))
+    first, last = ({n: s[k] for n, s in episode.log().states.items()} for k in (0, -1))
+    assert last[BUTTON][0] == pytest.approx(IN / 1.5, rel=0.15)
+    assert last[KNOB][3] - first[KNOB][3] == pytest.approx(1.0 / 1.5, rel=0.15)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +164,8 @@ def test_mishaps_meet_the_food(kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "message"), [("slip", "in contact the plant alone moves things"), ("stiff", "has no fault 'stiff'")]
+    ("kind", "message"),
+    [("slip", "in contact the plant alone moves things"), ("fire", "microwave has no fault 'fire'")],
 )
 def test_mishaps_that_cannot_be_are_refused(kind: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
@@ -250,3 +261,35 @@ def test_cold_food_outside_becomes_hot_food_in_the_shut_oven() -> None:
     assert run.log is not None
     assert run.log.states[FOOD][0][3] <= 0.2
     assert run.log.states[FOOD][-1][3] >= 0.8
+
+
+def test_a_stiff_button_is_pushed_further_under_feedback() -> None:
+    run = GraphRun(Microwave(("fault.kind=stiff",), "ideal"), ("button.x >= 0.009",))
+    run_graph(run, knowledge=knowledge())
+    assert run.goal_reached, (run.reason, run.memory and run.memory.log)
+    assert run.log is not None
+    button, hand = np.diff(run.log.states[BUTTON][:, 0]), np.diff(run.log.states[HAND][:, 0])
+    button, hand = button[1:], hand[:-1]  # it follows a frame later
+    inward = button > 1e-9
+    assert button[inward].sum() > 0.0085
+    np.testing.assert_allclose(hand[inward], 1.5 * button[inward], atol=1e-9)
+
+
+def test_each_border_of_an_interaction_has_figures_of_its_own() -> None:
+    lines = score_classifiers(scenario(), knowledge(), pieces()[:6])
+    borders = {line["interaction"]: list(line["borders"]) for line in lines}
+    assert borders == {
+        f"{HAND}->{FOOD}": [HAND, DOOR], f"{KNOB}->{FOOD}": [DOOR, BUTTON], f"{BUTTON}->{FOOD}": [DOOR, BUTTON],
+        **{name: [] for name in (f"{HAND}->{DOOR}", f"{HAND}->{BUTTON}", f"{HAND}->{KNOB}", f"{DOOR}->{FOOD}")},
+    }  # fmt: skip
+    for line in lines:
+        parts = list(line["borders"].values())
+        assert 0.0 < line["near_miss_f1"] <= 1.0
+        if parts:
+            assert sum(p["near_misses"] for p in parts) == line["near_misses"]
+            assert (
+                min(p["near_miss_f1"] for p in parts) <= line["near_miss_f1"] <= max(p["near_miss_f1"] for p in parts)
+            )
+    found = {"table": [], "classifiers": lines, "held_out": {"pieces": 6, "seeds": [0]}, "skipped": {}}
+    shown = [row.split() for row in format_evaluation(scenario(), found).splitlines()]
+    assert sum(row[:2] == ["by", DOOR] for row in shown) == 3
