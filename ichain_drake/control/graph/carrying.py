@@ -8,12 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ichain_drake.control.graph.course import Course
+from ichain_drake.control.graph.following import goes_along
 from ichain_drake.control.graph.plan import States
 from ichain_drake.control.graph.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.graph.travel import jumping
 from ichain_drake.state import FloatArray
 
 _UNSHOWN = 0.05  # size of a motion that was not shown, as a share of that of others
+_PATIENCE = 3  # ticks
 _CORRECTED = 5  # ticks after which a carried object is looked at anew
 
 
@@ -25,6 +27,7 @@ class Carry(Task):
     ticks: int = 0
     still: int = 0
     lost: int = 0
+    stays: int = 0
     best: float = np.inf
     since: int = 0
     looked: bool = False
@@ -44,9 +47,9 @@ class Carry(Task):
         tolerance = np.maximum(3.0 * model.noise[child][index], 0.02 * limit)
         self.ticks += 1
         if view.monitors:
-            self.lost = 0 if view.is_active(self.edge) else self.lost + 1
-            if self.lost > 3:
-                return Failed(self.edge, "lost", f"{self.edge.name} became inactive while {child} was carried")
+            lost = self._lost(view)
+            if lost:
+                return Failed(self.edge, "lost", f"{self.edge.name} {lost}")
         if self.still:  # near: look for some ticks before correcting
             self.still -= 1
             if self.still:
@@ -79,6 +82,18 @@ class Carry(Task):
         self.looked = near
         self.still = 3 if near else 0
         return command
+
+    def _lost(self, view: View) -> str:
+        """What tells that the child no longer goes along, in words; empty if nothing does."""
+        assert self.edge is not None
+        self.lost = 0 if view.is_active(self.edge) else self.lost + 1
+        along = goes_along(view.model, self.edge, view.readings, self.ticks - 1)
+        self.stays = self.stays + 1 if along is False else 0
+        if self.lost > _PATIENCE and not view.holds(self.edge):
+            return f"became inactive while {self.edge.child} was carried"
+        if self.stays > _PATIENCE:
+            return f"was taken for active, but {self.edge.child} did not go along"
+        return ""
 
     def _error(self, space: object, goal: FloatArray, state: FloatArray, index: np.ndarray) -> FloatArray:
         full = np.array(state, dtype=float)

@@ -75,7 +75,7 @@ class Drive(Task):
         i = space.index(name)
         self.history.append(view.readings[-1][target].copy())
         now = view.averaged(2)
-        self.inactive.append(tuple(not view.is_active(e) for e in chain))
+        self.inactive.append(tuple(not view.holds(e) for e in chain))
         if view.monitors:
             recent = np.array(self.inactive[-5:])
             if len(recent) == 5 and recent[:, 0].sum() >= 4:

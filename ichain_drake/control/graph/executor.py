@@ -11,16 +11,20 @@ from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 
+from ichain_drake.control.graph.carried import Carried
 from ichain_drake.control.graph.carrying import Carry
 from ichain_drake.control.graph.course import Motion
 from ichain_drake.control.graph.driving import Approach
+from ichain_drake.control.graph.following import goes_along, strays
 from ichain_drake.control.graph.laying_out import carry_tasks, indices, step_tasks, way_back
 from ichain_drake.control.graph.memory import ExecutorSettings, Memory
 from ichain_drake.control.graph.model import GraphModel
 from ichain_drake.control.graph.monitoring import deviation, gone, unmet
 from ichain_drake.control.graph.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.graph.skills import Skills
-from ichain_drake.control.graph.tasks import LOOK_TICKS, Answer, Failed, Look, Mode, Switch, Task, View
+from ichain_drake.control.graph.switching import Switch
+from ichain_drake.control.graph.taking_back import TakeBack
+from ichain_drake.control.graph.tasks import LOOK_TICKS, Answer, Failed, Look, Mode, Task, View
 from ichain_drake.control.graph.travel import resting_states
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
@@ -92,6 +96,7 @@ class Executor:
             return memory.command
         reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
         memory.readings = [*memory.readings[1 - _READINGS :], reading]
+        self._watch(memory)
         if memory.tick > self.settings.ticks:
             return self._stop(memory, "time", f"not done after {self.settings.ticks} control steps")
         away = gone(self.model, reading)
@@ -118,10 +123,18 @@ class Executor:
                 return memory.command
         return self._stop(memory, "loop", "its tasks ended at once over and over again")
 
+    def _watch(self, memory: Memory) -> None:
+        """See whether what the robot holds goes along with it."""
+        carried = memory.carried
+        if carried.held is not None and self.settings.monitors:
+            edge = Interaction(self._root, carried.held)
+            seen = (self.model, edge, memory.readings, carried.ticks + 1)
+            memory.carried = carried.watched(False if strays(*seen) else goes_along(*seen))
+
     def _view(self, memory: Memory) -> View:
         view = View(
             self.model, self.skills, self._vias, memory.readings, memory.command, self.settings.monitors,
-            self.settings.attempts, self.motion, memory.carried.left,
+            self.settings.attempts, self.motion, memory.carried.left, memory.carried.following,
         )  # fmt: skip
         if view.left:
             view.left = memory.carried.standing(self.model, view.averaged())
@@ -138,13 +151,21 @@ class Executor:
             if task.edge is None:
                 raise
             return Failed(task.edge, "reach", f"{task.edge.name}: {error}")
-        carried = memory.carried
+        memory.carried = self._kept(memory, task, child, done=isinstance(answer, str))
+        return answer
+
+    def _kept(self, memory: Memory, task: Task, child: str, *, done: bool) -> Carried:
+        """What the robot holds after a tick of a task."""
+        carried, seen = memory.carried, self._view(memory).averaged
         if isinstance(task, Switch) and not task.activate:
             if carried.held == child:
-                memory.carried = carried.let_go(memory.command)
-            elif isinstance(answer, str):
-                memory.carried = carried.settled(child, view.averaged()[child])
-        return answer
+                return carried.let_go(memory.command)
+            return carried.settled(child, seen()[child]) if done else carried
+        if isinstance(task, Switch) and done and task.onward is not None and task.taken is not None:
+            carried = carried.taken(child, task.taken)
+        if task.followed and carried.following != child:
+            carried = carried.taken(child, seen()[child]).watched(True)
+        return carried
 
     # From step to step.
 
@@ -160,7 +181,8 @@ class Executor:
                 return
         memory.step += 1
         if memory.step < len(memory.plan.steps):
-            memory.tasks = step_tasks(self.model, memory.plan.steps[memory.step], now)
+            step = memory.plan.steps[memory.step]
+            memory.tasks = step_tasks(self.model, step, now, memory.carried)
             return
         missing = unmet(self.model, self.goal, now)
         if not missing or not self.settings.monitors:
@@ -195,7 +217,7 @@ class Executor:
         """Put down what can't be brought where it should go, let go of what is not carried, and plan anew."""
         step = memory.plan.steps[memory.step] if memory.plan is not None and memory.step >= 0 else None
         view = self._view(memory)
-        unforeseen = failure.cause in _UNFORESEEN
+        unforeseen, origin = failure.cause in _UNFORESEEN, memory.carried.origin
         if failure.cause == "lost":
             unforeseen = memory.carried.stayed(self.model, view.averaged())
             memory.carried = memory.carried.slipped()
@@ -209,13 +231,15 @@ class Executor:
         edge = step.chain[0]
         carries = bool(step.after or step.before or step.until is None)
         back: list[Task] = []
-        if carries and view.is_active(edge):
+        if carries and failure.cause != "lost" and view.holds(edge):
             if failure.cause == "reach":  # what is held over nothing would fall
-                back = way_back(self.model, step, dict(enumerate(memory.carried.origin)))
-            elif failure.cause not in ("carry", "lost") and step.before:
+                back = way_back(self.model, step, dict(enumerate(origin)))
+            elif failure.cause != "carry" and step.before:
                 back = carry_tasks(self.model, edge, indices(self.model, step.before, edge), place_first=False)
         elif failure.cause != "deactivation":
             back = [Switch(edge, activate=False, forced=True)]
+            if failure.cause == "lost" and origin:  # it may only be caught on something
+                back.insert(0, TakeBack(edge, steps=way_back(self.model, step, dict(enumerate(origin)))[:-1]))
         memory.tasks = [*back, *memory.tasks]
 
     def _beware(self, memory: Memory, edge: Interaction) -> None:

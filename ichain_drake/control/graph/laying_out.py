@@ -4,37 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ichain_drake.control.graph.carried import Carried
 from ichain_drake.control.graph.carrying import Carry, CarryPart
 from ichain_drake.control.graph.driving import Approach, Drive
+from ichain_drake.control.graph.following import pose_of
 from ichain_drake.control.graph.model import GraphModel
 from ichain_drake.control.graph.plan import PlanStep, States
-from ichain_drake.control.graph.tasks import LOOK_TICKS, Look, Switch, Task
+from ichain_drake.control.graph.switching import Switch
+from ichain_drake.control.graph.tasks import LOOK_TICKS, Look, Task
 from ichain_drake.graph import Interaction
 
 
-def step_tasks(model: GraphModel, step: PlanStep, now: States) -> list[Task]:
+def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | None = None) -> list[Task]:
     """The tasks of a step.
 
     Args:
         model: the learned graph.
         step: of a plan.
         now: measured states, shape (n_variables,) each.
+        holds: what the robot holds; if that is no part of the step, it is let go of where such a thing may be.
     """
     edge, root = step.chain[0], model.graph.root
     mine = [e for e in model.graph.interactions if e.parent == root and e != edge]
-    out: list[Task] = [Switch(e, activate=False) for e in mine if float(model.decide(e, now)) >= 0]
+    holds = holds or Carried()
+    out: list[Task] = []
+    for e in mine:
+        if e.child == holds.following or float(model.decide(e, now)) >= 0:
+            out += [*(_put_back(model, e, holds) if holds.in_the_air(model, e, now) else []), Switch(e, activate=False)]
     if not step.wanted and not step.before and not step.after and step.until is None:
         return [*out, Switch(edge, activate=False), Look(None, LOOK_TICKS)]
     carried = indices(model, step.wanted, edge, but=step.until)
-    follows = bool(step.before or step.after or step.until is None)
-    out.append(Switch(edge, activate=True))
-    if follows and step.before:
-        out += carry_tasks(model, edge, indices(model, step.before, edge), place_first=True)
-    approach = carry_tasks(model, edge, carried, place_first=True) if follows and carried else []
+    goes_along = bool(step.before or step.after or step.until is None)
+    before = indices(model, step.before, edge)
+    first = carry_tasks(model, edge, before, place_first=True) if before else []
+    approach = carry_tasks(model, edge, carried, place_first=True) if goes_along and carried else []
+    out.append(Switch(edge, activate=True, onward=next(iter([*first, *approach]), None)))
+    out += first
     if step.until is None:
         out += approach
     else:
-        drive = Drive(edge, step=step, goal=None if follows or step.hold is None else step.hold)
+        drive = Drive(edge, step=step, goal=None if goes_along or step.hold is None else step.hold)
         out += [Approach(edge, carry=t, drive=drive) for t in approach]
         out.append(drive)
         if step.before:
@@ -45,6 +54,11 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States) -> list[Task]:
     if step.release:
         out.append(Switch(edge, activate=False))
     return [*out, Look(None, LOOK_TICKS)]
+
+
+def _put_back(model: GraphModel, edge: Interaction, holds: Carried) -> list[Task]:
+    pose = sorted(pose_of(model.graph.objects[edge.child].observable))
+    return carry_tasks(model, edge, {i: holds.origin[i] for i in pose}, place_first=False)
 
 
 def indices(

@@ -30,6 +30,7 @@ _NOISES = 5.0
 _NEARLY_BEST = 0.9  # of the best sample's change: among those the surest one is taken
 _QUIET = 0.05  # of the best sample's change
 _MOST_SAMPLES = 60  # per chain
+_SEEN = 3  # demonstrated poses
 _UNSEEN = 4.0  # weight of the distance from what was demonstrated
 
 
@@ -249,7 +250,10 @@ def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, 
 
 
 def _unseen(model: GraphModel, carry: Carry, poses: FloatArray, width: FloatArray) -> FloatArray:
-    """How far poses, not turned yet, are from all demonstrated ones, in demonstrated ranges, shape (n,)."""
+    """How far poses, not turned yet, are from demonstrated ones, in demonstrated ranges, shape (n,).
+
+    Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.
+    """
     obj = carry.edge.child
     variables = model.graph.objects[obj].observable.variables
     turned = [k for k, i in enumerate(carry.follow) if (r := variables[i].role) is None or r.kind != "position"]
@@ -258,4 +262,5 @@ def _unseen(model: GraphModel, carry: Carry, poses: FloatArray, width: FloatArra
     before = poses.copy()
     before[:, turned] = np.median(carry.places[:, turned], axis=0)
     seen = model.edges[carry.edge].examples.active[obj][:, carry.follow]
-    return (np.abs(before[:, None, :] - seen[None]) / width).sum(axis=2).min(axis=1)
+    away = (np.abs(before[:, None, :] - seen[None]) / width).sum(axis=2)
+    return np.sort(away, axis=1)[:, min(_SEEN, len(seen)) - 1]

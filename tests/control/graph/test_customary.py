@@ -14,12 +14,14 @@ from ichain_drake.control.graph.executor import Memory, Mode
 from ichain_drake.control.graph.goals import parse_goal
 from ichain_drake.control.graph.plan import Plan
 from ichain_drake.control.graph.planner import GraphPlanner, SearchSettings
+from ichain_drake.control.graph.skills import Skills
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.interaction import InteractionModel, InteractionSpec, learn_interactions
 from ichain_drake.learning.library import KnownGraph, load_graph, save_graph
 from ichain_drake.scenarios.graph_run import GraphRun
+from ichain_drake.scenarios.knowledge import Knowledge
 from ichain_drake.state import FloatArray
 
 TAKE, LID, IN = Interaction("hand", "ball"), Interaction("hand", "lid"), Interaction("lid", "ball")
@@ -51,7 +53,8 @@ def test_what_always_held_is_kept_beside_the_classifier() -> None:
 
 def test_the_report_says_what_was_asked_for_in_the_end() -> None:
     model = learned()[0]
-    finished = GraphRun(scenario=None, expressions=(OUT,), model=model)  # type: ignore[arg-type]
+    known = Knowledge(model, Skills({}, {}), GraphPlanner(model))
+    finished = GraphRun(scenario=None, expressions=(OUT,), knowledge=known)  # type: ignore[arg-type]
     assert finished.cautious == {}
     finished.memory = Memory(np.zeros(4), cautious=(TAKE,))
     assert finished.cautious == {"hand->ball": ["position of lid"]}

@@ -25,10 +25,18 @@ def carry() -> Carry:
 
 def test_a_low_place_that_was_only_seen_turned_is_far_from_what_was_seen() -> None:
     # The cup was low when tilted; upright it was never below 0.4.
-    seen = model([[0.5, 0.0], [0.4, 0.0], [0.4, -1.2], [0.28, -1.2]])
+    seen = model([[0.5, 0.0], *[[0.4, 0.0]] * 3, [0.4, -1.2], *[[0.28, -1.2]] * 3])
     width = np.array([0.5, 2.0])
     away = _unseen(seen, carry(), np.array([[0.4, -0.8], [0.28, -1.2]]), width)  # type: ignore[arg-type]
     np.testing.assert_allclose(away, [0.005, 0.12 / 0.5 + 0.005], atol=1e-9)
+
+
+def test_what_was_passed_through_once_is_not_taken_for_seen() -> None:
+    passed = model([*[[0.5, 0.0]] * 3, [0.28, 0.0]])
+    away = _unseen(passed, carry(), np.array([[0.5, 0.0], [0.28, 0.0]]), np.array([0.5, 2.0]))  # type: ignore[arg-type]
+    np.testing.assert_allclose(away, [0.005, 0.22 / 0.5 + 0.005], atol=1e-9)
+    few = model([[0.5, 0.0], [0.28, 0.0]])
+    assert _unseen(few, carry(), np.array([[0.5, 0.0]]), np.array([0.5, 2.0]))[0] > 0.4  # type: ignore[arg-type]
 
 
 def test_without_positions_every_pose_is_as_good() -> None:
