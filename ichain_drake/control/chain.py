@@ -28,7 +28,7 @@ class ControlCandidates:
 
     Attributes:
         horizons, efforts: of the predictive method, see `PredictiveWeights`.
-        along: see `PredictiveWeights`.
+        along, offset: see `PredictiveWeights`.
         cases, ticks: number and length of the validation runs.
         seed: seed of the validation runs' noise.
     """
@@ -36,6 +36,7 @@ class ControlCandidates:
     horizons: tuple[int, ...] = (5,)
     efforts: tuple[float, ...] = (0.02, 0.05, 0.1)
     along: float = 0.2
+    offset: float = 0.0
     cases: int = 12
     ticks: int = 30
     seed: int = 7
@@ -124,7 +125,7 @@ def _options(chain: LearnedChain, method: str, candidates: ControlCandidates) ->
     if method == "inverse":
         return [Choice(str(s.spec), np.nan, inverse=s) for s in chain.links[-1].inverses]
     weights = [
-        PredictiveWeights(horizon=h, effort=e, along=candidates.along)
+        PredictiveWeights(horizon=h, effort=e, along=candidates.along, offset=candidates.offset)
         for h, e in itertools.product(candidates.horizons, candidates.efforts)
     ]
     return [Choice(f"horizon {w.horizon}, effort {w.effort:g}", np.nan, weights=w) for w in weights]

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ichain_drake.control.offset import OffsetEstimate
 from ichain_drake.learning.models import InverseModel
 from ichain_drake.state import FloatArray, StateSpace
 
@@ -113,12 +114,15 @@ class PredictiveWeights:
         along: weight of an error along the wanted motion, against one across it: being late is better than
             cutting a corner.
         iterations: Gauss-Newton steps of one decision.
+        offset: weight of the newest error of the model in the estimate of its lasting error; 0 to take the model at
+            its word; see `OffsetEstimate`.
     """
 
     horizon: int = 5
     effort: float = 0.05
     along: float = 0.2
     iterations: int = 3
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -152,8 +156,17 @@ class PredictiveLevel:
 
     @property
     def memory_size(self) -> int:
-        """One flag and the parent's planned states."""
-        return 1 + self.weights.horizon * len(self.lower)
+        """One flag, the parent's planned states, the states of both one tick before, and the model's errors."""
+        return 1 + self.weights.horizon * len(self.lower) + self._error_memory
+
+    @property
+    def _offset(self) -> OffsetEstimate:
+        return OffsetEstimate(len(self.child_space), self.weights.offset)
+
+    @property
+    def _error_memory(self) -> int:
+        size = self._offset.memory_size
+        return size + len(self.child_space) + len(self.lower) if size else 0
 
     @property
     def lookahead(self) -> int:
@@ -166,7 +179,9 @@ class PredictiveLevel:
         """See `Level.decide`."""
         n, m, horizon = len(child), len(self.lower), self.weights.horizon
         wanted = _extend(wanted, horizon)
-        last = memory[:, 1:].reshape(n, horizon, m)
+        last = memory[:, 1 : 1 + horizon * m].reshape(n, horizon, m)
+        errors = self._errors(child, parent, memory)
+        offsets = self._offset.offsets(errors, horizon)
         shifted = np.concatenate([last[:, 1:], last[:, -1:]], axis=1)
         plan = np.where(memory[:, :1, None] > 0, shifted, parent[:, None])
         plan = self._within_reach(parent, np.clip(plan, self.lower, self.upper))
@@ -175,7 +190,7 @@ class PredictiveLevel:
         at_last: tuple[FloatArray, FloatArray, FloatArray] | None = None
         for iteration in range(self.weights.iterations + 1):
             final = iteration == self.weights.iterations
-            residual, jacobian = self._residual(child, parent, plan, wanted, metric, with_jacobian=not final)
+            residual, jacobian = self._residual(child, parent, plan, offsets, wanted, metric, with_jacobian=not final)
             cost = np.einsum("nr,nr->n", residual, residual)
             better, harmed = cost < best_cost, cost > _HARM * best_cost
             best = np.where(better[:, None, None], plan, best)
@@ -189,7 +204,18 @@ class PredictiveLevel:
                 trust = np.where(harmed, _SHORTER * trust, 1.0)
             at_last = plan, residual, jacobian
             plan = self._within_reach(parent, self._improve(plan, residual, jacobian, trust))
-        return best, np.concatenate([np.ones((n, 1)), best.reshape(n, -1)], axis=1)
+        now = [child, parent, errors] if self._error_memory else []
+        return best, np.concatenate([np.ones((n, 1)), best.reshape(n, -1), *now], axis=1)
+
+    def _errors(self, child: FloatArray, parent: FloatArray, memory: FloatArray) -> FloatArray:
+        """What is remembered of the model's errors, with the last tick's, shape (n, memory size of the estimate)."""
+        if not self._error_memory:
+            return np.zeros((len(child), 0))
+        kept = memory[:, -self._error_memory :]
+        n_child, n_both = len(self.child_space), len(self.child_space) + len(self.lower)
+        before, parent_before, errors = kept[:, :n_child], kept[:, n_child:n_both], kept[:, n_both:]
+        error = self.child_space.difference(child, self.model.predict(before, parent_before, parent))
+        return np.where(memory[:, :1] > 0, self._offset.update(errors, error), errors)
 
     def _error_metric(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
         """Weight matrices of the scaled error in each tick, (n, k, t, t): full across the motion, less along it."""
@@ -209,6 +235,7 @@ class PredictiveLevel:
         child: FloatArray,
         parent: FloatArray,
         plan: FloatArray,
+        offsets: FloatArray,
         wanted: FloatArray,
         metric: FloatArray,
         *,
@@ -231,6 +258,7 @@ class PredictiveLevel:
                 slopes.append(metric[:, k] @ slope)
             else:
                 after = self.model.predict(state, previous, plan[:, k])
+            after = after + offsets[:, k]
             error = space.difference(after[:, targets], wanted[:, k]) / self.target_scale
             errors.append(np.einsum("nij,nj->ni", metric[:, k], error))
             state, previous = after, plan[:, k]

@@ -130,12 +130,15 @@ class ControlConfig:
     Attributes:
         method: `predictive` or `inverse` (the paper's).
         horizons, efforts, along: what validation may choose from.
+        offset: weight of the newest error of the last object's model in the estimate of its lasting error, which
+            predictive control reckons with; 0: it takes the model at its word. See `OffsetEstimate`.
     """
 
     method: str = "predictive"
     horizons: list[int] = field(default_factory=lambda: [5])
     efforts: list[float] = field(default_factory=lambda: [0.02, 0.05, 0.1])
     along: float = 0.2
+    offset: float = 0.0
 
     def candidates(self) -> ControlCandidates:
         """What validation may choose from.
@@ -147,7 +150,9 @@ class ControlConfig:
             raise InputError(f"control.method {self.method!r}: choose {' or '.join(METHODS)}")
         if not self.horizons or not self.efforts or min(self.horizons) < 2 or min(self.efforts) <= 0:
             raise InputError("control: give horizons of at least 2 ticks and efforts above 0")
-        return ControlCandidates(tuple(self.horizons), tuple(self.efforts), self.along)
+        if not 0.0 <= self.offset < 1.0:
+            raise InputError(f"control.offset is {self.offset}; give a weight from 0 to below 1")
+        return ControlCandidates(tuple(self.horizons), tuple(self.efforts), self.along, self.offset)
 
 
 @dataclass

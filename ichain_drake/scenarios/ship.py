@@ -30,7 +30,7 @@ class ShipVoyage(WheelDrive):
     target_type: ClassVar[type[Ship]] = Ship
     target_length: ClassVar[float] = SHIP_LENGTH
     size: ClassVar[tuple[float, float]] = (40.0, 30.0)
-    oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(horizon=12, effort=0.1)
+    oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(horizon=20, effort=0.1)
     start_spread: ClassVar[float] = 0.02 * SHIP_LENGTH
     sprite_length: ClassVar[float] = 2 * SHIP_LENGTH
     ghost_period: ClassVar[float] = 15.0

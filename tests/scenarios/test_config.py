@@ -131,6 +131,7 @@ def test_learning_candidates() -> None:
         (LearningConfig(links=[LinkConfig("a->b", aims=[])]), r"aims \[\]"),
         (LearningConfig(links=[LinkConfig("a->b", forward=["os.system"])]), "estimator 'os.system'"),
         (ControlConfig(horizons=[1]), "horizons of at least 2"),
+        (ControlConfig(offset=1.0), "control.offset is 1.0; give a weight from 0 to below 1"),
         (ControlConfig(efforts=[]), "efforts above 0"),
     ],
 )
