@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from ichain_drake.scenarios.build import build_world
     from ichain_drake.scenarios.commands import Commands
     from ichain_drake.scenarios.config import ScenarioConfig
-    from ichain_drake.scenarios.graph_library import load_knowledge, save_knowledge
+    from ichain_drake.scenarios.graph_library import load_knowledge, load_what_fits, save_knowledge
     from ichain_drake.scenarios.graph_run import GraphRun, run_graph
     from ichain_drake.scenarios.graph_scenario import GraphConfig
     from ichain_drake.scenarios.hand_commands import HandCommands
@@ -94,7 +94,7 @@ _MODULES = {
     "scenarios.build": ("build_world",),
     "scenarios.commands": ("Commands",),
     "scenarios.config": ("ScenarioConfig",),
-    "scenarios.graph_library": ("load_knowledge", "save_knowledge"),
+    "scenarios.graph_library": ("load_knowledge", "load_what_fits", "save_knowledge"),
     "scenarios.graph_run": ("GraphRun", "run_graph"),
     "scenarios.graph_scenario": ("GraphConfig",),
     "scenarios.hand_commands": ("HandCommands",),
@@ -186,6 +186,7 @@ __all__ = [
     "list_library",
     "load_command",
     "load_knowledge",
+    "load_what_fits",
     "load_links",
     "load_recording",
     "load_scenario",

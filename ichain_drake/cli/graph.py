@@ -40,10 +40,9 @@ def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
     return goal
 
 
-def _known(scenario: Any, library: Path | None) -> tuple[Knowledge | None, LibraryParts]:
+def _known(scenario: Any, library: Path | None) -> Knowledge | LibraryParts:
     """What the library knows of the scenario's graph: all of it, or each interaction that fits."""
-    found = LibraryParts() if library is None else load_what_fits(library, scenario.name, scenario.graph)
-    return (None, found) if isinstance(found, LibraryParts) else (found, LibraryParts())
+    return LibraryParts() if library is None else load_what_fits(library, scenario.name, scenario.graph)
 
 
 def run_goal_scenario(
@@ -66,13 +65,13 @@ def run_goal_scenario(
     """
     run = GraphRun(scenario, _goal(scenario, expressions))
     graph_spec(scenario.config)  # refuses what is not for it, before anything is written
-    known, parts = _known(scenario, library)
+    known = _known(scenario, library)
     files.prepare()
     interrupted = False
     with Reporter() as say, shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell):
         try:
             keep = files.folder / "demonstrations"
-            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, parts=parts, progress=tell)
+            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, progress=tell)
         except KeyboardInterrupt:
             interrupted = True
         tell("writing report, playback and pictures")
@@ -107,7 +106,7 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None, librar
     """
     goal = _goal(scenario, expressions)
     spec = graph_spec(scenario.config)
-    knowledge, parts = _known(scenario, library)
+    knowledge = _known(scenario, library)
     with Reporter() as say:
 
         def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
@@ -116,7 +115,8 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None, librar
             say("recording demonstrations")
             return list(scenario.record_demonstrations(say, [e.name for e in known]))
 
-        knowledge = knowledge or learn_rest(show, scenario.graph, parts, spec, say=say)
+        if isinstance(knowledge, LibraryParts):
+            knowledge = learn_rest(show, scenario.graph, knowledge, spec, say=say)
         start = look(scenario)
         say("planning")
         _, plan = make_plan(knowledge, goal, start)

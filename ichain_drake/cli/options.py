@@ -8,8 +8,6 @@ from typing import Any, TypeVar
 
 import click
 
-from ichain_drake.errors import IchainError
-
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 PATH = click.Path(path_type=Path)
 
@@ -43,17 +41,3 @@ def scenario_named(name: str, settings: Sequence[str], physics: str, seed: int) 
     from ichain_drake.scenarios import load_scenario
 
     return load_scenario(name, settings, physics, seed)  # type: ignore[arg-type]
-
-
-def path_scenario(name: str, settings: Sequence[str], physics: str, seed: int, command: str) -> Any:
-    """The same, for commands that are for path scenarios alone.
-
-    Raises:
-        IchainError: if it is another kind of scenario; names the command.
-    """
-    from ichain_drake.scenarios import PathScenario
-
-    scenario = scenario_named(name, settings, physics, seed)
-    if not isinstance(scenario, PathScenario):
-        raise IchainError(f"`ichain {command}` is for scenarios that follow paths; {name} is not one")
-    return scenario

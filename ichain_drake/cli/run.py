@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -178,68 +177,6 @@ def learn_library(scenario: PathScenario, demos: Path, library: Path) -> None:
     for link in chain.links:
         forward = link.forward
         print(f"{link.interaction.name}: {forward.samples} samples, score {forward.score:.4f}, {forward.spec}")
-
-
-def relearn_and_compare(
-    make: Callable[[int], tuple[PathScenario, PathScenario]],
-    seeds: Sequence[int],
-    link: str,
-    library: Path,
-    report: str | None,
-) -> None:
-    """`ichain relearn`: print one row per way to adapt, and write the report.
-
-    Args:
-        make: the changed scenario and the original of a seed.
-        seeds: at least one.
-        link: `parent->child`.
-        library: the links learned before.
-        report: a file, or `-`.
-
-    Raises:
-        InputError: on an unknown link, or a library that lacks one.
-    """
-    from ichain_drake.scenarios.path_relearn import relearn_link, summarise_ways
-
-    pairs = [make(seed) for seed in seeds]
-    for changed, _ in pairs:
-        check_settings(changed)
-    rows: list[dict[str, Any]] = []
-    found: dict[str, Any] = {}
-    with Reporter() as say:
-        for changed, original in pairs:
-            if len(pairs) > 1:
-                say(f"seed {changed.seed}")
-            one = relearn_link(changed, original, link, library, say)
-            rows += one["rows"]
-            found = found or one
-    found |= {"seeds": list(seeds), "rows": rows, "table": summarise_ways(rows)}
-    deliver_report(found, report, _relearn_table(found["table"], pairs[0][0].unit))
-
-
-def _relearn_table(ways: list[dict[str, Any]], unit: str) -> str:
-    cases = list(dict.fromkeys(case for way in ways for case in way["paths"]))
-    heads = (*(f"{case} ({unit})" for case in cases), "of original", "new samples", "robot (s)")
-    table = Table("learned anew", *heads, box=None)
-    for way in ways:
-        nothing = "lost" if way["applied"] else "-"
-        errors = [_relearn_cell(way["paths"][case], way["seeds"], 3) or nothing for case in cases]
-        ratio = _relearn_cell(way["ratio"], way["seeds"], 2) or "-"
-        table.add_row(way["way"], *errors, ratio, str(way["new_samples"]), f"{way['robot_seconds']:.0f}")
-    console = Console(width=140)
-    with console.capture() as capture:
-        console.print(table)
-    lines = [line.rstrip() for line in capture.get().rstrip().splitlines()]
-    return "\n".join([*lines, *(f"{way['way']}: {way['reason']}" for way in ways if way["reason"])])
-
-
-def _relearn_cell(value: dict[str, Any], seeds: int, digits: int) -> str:
-    """Mean and spread over seeds, and how many were lost; nothing if all were."""
-    if value["mean"] is None:
-        return ""
-    spread = f" ± {value['std']:.{digits}f}" if seeds > 1 else ""
-    lost = f", {value['lost']} lost" if value["lost"] else ""
-    return f"{value['mean']:.{digits}f}{spread}{lost}"
 
 
 def draw_graph(scenario: Scenario, file: Path | None, *, diagram: bool) -> str:

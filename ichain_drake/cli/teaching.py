@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ichain_drake.cli.options import PATH, options, path_scenario, scenario_named
+from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.errors import InputError
 
 
@@ -91,14 +92,14 @@ def relearn(
     trials: int,
 ) -> None:
     """Learn one link anew after a change of the scenario (--set), keep the others, and compare."""
-    from ichain_drake.cli.run import relearn_and_compare
+    from ichain_drake.cli.relearn import relearn_for_goal, relearn_on_paths
     from ichain_drake.scenarios import PathScenario
 
     # How it is learned and controlled is no change of the world: that holds for the original too.
     same = [text for text in settings if text.split(".")[0].strip() in ("control", "learning")]
 
-    def make(number: int) -> tuple[PathScenario, PathScenario]:
-        changed = path_scenario(scenario, settings, physics, number, "relearn")
-        return changed, path_scenario(scenario, same, physics, number, "relearn")
+    def make(number: int) -> tuple[Any, Any]:
+        return scenario_named(scenario, settings, physics, number), scenario_named(scenario, same, physics, number)
 
-    relearn_and_compare(make, range(seed, seed + trials), link, library, report)
+    follows = isinstance(make(seed)[0], PathScenario)
+    (relearn_on_paths if follows else relearn_for_goal)(make, range(seed, seed + trials), link, library, report)

@@ -183,8 +183,7 @@ def run_graph(
     *,
     demos: Path | None = None,
     keep_demos: Path | None = None,
-    knowledge: Knowledge | None = None,
-    parts: LibraryParts | None = None,
+    knowledge: Knowledge | LibraryParts | None = None,
     spec: InteractionSpec | None = None,
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
     settings: ExecutorSettings | None = None,
@@ -196,8 +195,8 @@ def run_graph(
         run: with `scenario` and `expressions` set.
         demos: folder of demonstrations to learn from, in place of recording them.
         keep_demos: folder that recorded demonstrations are written to.
-        knowledge: what was learned before, in place of learning.
-        parts: what a library knows of the graph; only the rest is recorded and learned (see `load_parts`).
+        knowledge: what was learned before, in place of learning; of what a library knows in part, only the rest is
+            recorded and learned (see `load_what_fits`).
         spec: candidate estimators; default: those that the scenario's settings ask for.
         own_skills: a designer's functions, by interaction and whether they activate.
         settings: of the execution.
@@ -217,9 +216,11 @@ def run_graph(
             record_pieces(run, keep_demos, say, known)
         return run.pieces
 
-    run.knowledge = knowledge or learn_rest(
-        show, run.scenario.graph, parts or LibraryParts(), spec or asked, own_skills, say
-    )
+    if isinstance(knowledge, Knowledge):
+        run.knowledge = knowledge
+    else:
+        parts = knowledge or LibraryParts()
+        run.knowledge = learn_rest(show, run.scenario.graph, parts, spec or asked, own_skills, say)
     with threadpool_limits(limits=1):
         say("planning")
         start = look(run.scenario, run.number)

@@ -235,3 +235,65 @@ def test_a_damaged_graph_beside_is_refused(ichain, library, tmp_path, monkeypatc
     assert refused.status == 2
     assert "graph.lamp/manifest.json" in refused.line
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def dim(monkeypatch):
+    """A lamp that can be made dimmer, so that one interaction isn't what it was."""
+
+    class Dim(sys.modules["lamp"].Lamp):  # type: ignore[misc, name-defined]
+        share = 1.0
+
+        def step(self, state, parents, active, noise, dt):
+            return self.share * super().step(state, parents, active, noise, dt)
+
+    class DimLamp(DrawnLamp):
+        def __init__(self, overrides=(), physics="ideal", seed=0):
+            super().__init__([o for o in overrides if not o.startswith("lamp.")], physics, seed)
+            share = float(next((o.partition("=")[2] for o in overrides if o.startswith("lamp.share")), 1.0))
+            self.kinds = DrawnLamp.kinds | {"lamp": type("OneDim", (Dim,), {"share": share})}
+
+    monkeypatch.setitem(SCENARIOS, "lamp", DimLamp)
+
+
+def test_one_interaction_is_relearned_and_compared(ichain, dim, library, tmp_path):
+    told = ichain("relearn", "lamp", "--physics", "ideal", "--link", "dimmer->lamp", "--library", library,
+                  "--set", "lamp.share=0.8", "--report", tmp_path / "report.json")  # fmt: skip
+    assert told.status == 0, told.err
+    report = json.loads((tmp_path / "report.json").read_text())
+    original, nothing, one, everything = report["rows"]
+    assert [row["way"] for row in report["rows"]] == [
+        "original", "changed, nothing relearned", "one link", "all links",
+    ]  # fmt: skip
+    assert (original["success"], one["success"], everything["success"]) == (True, True, True)
+    assert not nothing["success"] or nothing["replans"] > one["replans"]
+    assert (original["relearned"], nothing["relearned"], one["relearned"]) == ([], [], ["dimmer->lamp"])
+    assert len(everything["relearned"]) == 4
+    assert original["new_samples"] == nothing["robot_seconds"] == 0
+    assert everything["robot_seconds"] >= one["robot_seconds"] > 0
+    assert told.out.splitlines()[0].split() == [
+        "learned", "anew", "goal", "reached", "control", "steps,", "median", "new", "plans,", "mean", "new", "samples",
+        "robot", "(s)",
+    ]  # fmt: skip
+    assert report["table"][2]["reached"] == 1
+
+
+def test_what_can_not_be_relearned_is_refused(ichain, library, tmp_path, monkeypatch):
+    refused = ichain("relearn", "lamp", "--physics", "ideal", "--link", "hand->lamp", "--library", library)
+    assert refused.status == 2
+    assert "--link 'hand->lamp': the graph's interactions are hand->dimmer" in refused.line
+    (tmp_path / "L").mkdir()
+    refused = ichain("relearn", "lamp", "--physics", "ideal", "--link", "dimmer->lamp", "--library", tmp_path / "L")
+    assert refused.status == 2
+    assert "it has nothing that fits hand->dimmer (the library knows no such interaction)" in refused.line
+    monkeypatch.setattr(DrawnLamp, "__init__", lambda self, *args: sys.modules["lamp"].LampScenario.__init__(self))
+    refused = ichain("relearn", "lamp", "--physics", "ideal", "--link", "dimmer->lamp", "--library", library)
+    assert refused.status == 2
+    assert "lamp has no goal of its own to try" in refused.line
+
+
+def test_of_several_unknown_interactions_one_alone_can_not_be_relearned(ichain, library, monkeypatch):
+    monkeypatch.setitem(SCENARIOS, "torch", TorchScenario)
+    told = ichain("relearn", "torch", "--physics", "ideal", "--link", "dimmer->lamp", "--library", library)
+    assert told.status == 2
+    assert "it has nothing that fits switch->lamp" in told.line

@@ -163,7 +163,9 @@ def _names(
     # Only the states of the child and its parents are there when a status is decided.
     lacking += sorted(n for n in seen_by(model.edges[match]) & set(names) if not _is_near(names[n], edge, graph))
     if lacking:
-        raise InputError(f"{folder}: {match.name}: its status also looks at {lacking[0]}, which doesn't act on {edge.child} here")
+        raise InputError(
+            f"{folder}: {match.name}: its status also looks at {lacking[0]}, which doesn't act on {edge.child} here"
+        )
     return names
 
 
