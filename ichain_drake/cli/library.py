@@ -20,6 +20,8 @@ from ichain_drake.learning.library import (
     show_link,
 )
 
+_LAST = ("robot_seconds", "versions", "demonstrations_sha256", "size")  # fields about how it came about
+
 
 def print_list(library: Path) -> None:
     """One line an interaction, and one a graph.
@@ -43,7 +45,7 @@ def print_link(library: Path, name: str) -> None:
         InputError: if there is none of that name, or it is damaged.
     """
     shown: GraphSummary | LinkSummary = (show_graph if is_graph_name(name) else show_link)(library, name)
-    for key, value in vars(shown).items():
+    for key, value in sorted(vars(shown).items(), key=lambda item: item[0] in _LAST):
         if isinstance(shown, GraphSummary) and key in ("objects", "interactions"):
             print(key)
             for inner, text in value.items():

@@ -21,12 +21,8 @@ from ichain_drake.scenarios.path_relearn import relearn_link, summarise_ways
 from ichain_drake.scenarios.path_run import check_settings
 
 
-def relearn_on_paths(
-    make: Callable[[int], tuple[PathScenario, PathScenario]],
-    seeds: Sequence[int],
-    link: str,
-    library: Path,
-    report: str | None,
+def relearn_and_compare(
+    make: Callable[[int], tuple[Any, Any]], seeds: Sequence[int], link: str, library: Path, report: str | None
 ) -> None:
     """`ichain relearn`: print one row per way to adapt, and write the report.
 
@@ -34,26 +30,38 @@ def relearn_on_paths(
         make: the changed scenario and the original of a seed.
         seeds: at least one.
         link: `parent->child`.
-        library: the links learned before.
+        library: what was learned before.
         report: a file, or `-`.
 
     Raises:
-        InputError: on an unknown link, or a library that lacks one.
+        InputError: on an unknown link, a library that lacks another, or a scenario without paths or a goal.
     """
     pairs = [make(seed) for seed in seeds]
+    first = pairs[0][0]
+    follows = isinstance(first, PathScenario)
     for changed, _ in pairs:
-        check_settings(changed)
+        (check_settings if follows else _check_goal)(changed)
     rows: list[dict[str, Any]] = []
     found: dict[str, Any] = {}
     with Reporter() as say:
         for changed, original in pairs:
             if len(pairs) > 1:
                 say(f"seed {changed.seed}")
-            one = relearn_link(changed, original, link, library, say)
+            if follows:
+                one = relearn_link(changed, original, link, library, say)
+            else:
+                one = relearn_interaction(changed, original, own_goal(changed), link, library, say)
             rows += one["rows"]
             found = found or one
-    found |= {"seeds": list(seeds), "rows": rows, "table": summarise_ways(rows)}
-    deliver_report(found, report, _paths_table(found["table"], pairs[0][0].unit))
+    table = (summarise_ways if follows else summarise_relearned)(rows)
+    found |= {"seeds": list(seeds), "rows": rows, "table": table}
+    deliver_report(found, report, _paths_table(table, first.unit) if follows else _goal_table(table))
+
+
+def _check_goal(scenario: GoalScenario) -> None:
+    graph_spec(scenario.config)
+    if not own_goal(scenario):
+        raise InputError(f"{scenario.name} has no goal of its own to try; set one in its file")
 
 
 def _paths_table(ways: list[dict[str, Any]], unit: str) -> str:
@@ -75,43 +83,6 @@ def _cell(value: dict[str, Any], seeds: int, digits: int) -> str:
     spread = f" ± {value['std']:.{digits}f}" if seeds > 1 else ""
     lost = f", {value['lost']} lost" if value["lost"] else ""
     return f"{value['mean']:.{digits}f}{spread}{lost}"
-
-
-def relearn_for_goal(
-    make: Callable[[int], tuple[GoalScenario, GoalScenario]],
-    seeds: Sequence[int],
-    link: str,
-    library: Path,
-    report: str | None,
-) -> None:
-    """The same for a scenario with a goal: its own.
-
-    Args:
-        make: the changed scenario and the original of a seed.
-        seeds: at least one.
-        link: `parent->child`.
-        library: the graphs learned before.
-        report: a file, or `-`.
-
-    Raises:
-        InputError: on an unknown interaction, a library that lacks another, or a scenario without a goal.
-    """
-    rows: list[dict[str, Any]] = []
-    found: dict[str, Any] = {}
-    with Reporter() as say:
-        for seed in seeds:
-            changed, original = make(seed)
-            graph_spec(changed.config)
-            goal = own_goal(changed)
-            if not goal:
-                raise InputError(f"{changed.name} has no goal of its own to try; set one in its file")
-            if len(seeds) > 1:
-                say(f"seed {seed}")
-            one = relearn_interaction(changed, original, goal, link, library, say)
-            rows += one["rows"]
-            found = found or one
-    found |= {"seeds": list(seeds), "rows": rows, "table": summarise_relearned(rows)}
-    deliver_report(found, report, _goal_table(found["table"]))
 
 
 def _goal_table(lines: list[dict[str, Any]]) -> str:

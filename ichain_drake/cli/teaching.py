@@ -92,8 +92,7 @@ def relearn(
     trials: int,
 ) -> None:
     """Learn one link anew after a change of the scenario (--set), keep the others, and compare."""
-    from ichain_drake.cli.relearn import relearn_for_goal, relearn_on_paths
-    from ichain_drake.scenarios import PathScenario
+    from ichain_drake.cli.relearn import relearn_and_compare
 
     # How it is learned and controlled is no change of the world: that holds for the original too.
     same = [text for text in settings if text.split(".")[0].strip() in ("control", "learning")]
@@ -101,5 +100,4 @@ def relearn(
     def make(number: int) -> tuple[Any, Any]:
         return scenario_named(scenario, settings, physics, number), scenario_named(scenario, same, physics, number)
 
-    follows = isinstance(make(seed)[0], PathScenario)
-    (relearn_on_paths if follows else relearn_for_goal)(make, range(seed, seed + trials), link, library, report)
+    relearn_and_compare(make, range(seed, seed + trials), link, library, report)

@@ -9,34 +9,28 @@ from typing import Any
 
 from ichain_drake.errors import InputError
 from ichain_drake.learning.library.files import is_graph_name, library_entries, link_folder, link_folders
+from ichain_drake.learning.library.item_summary import ItemSummary, common, space_words
 from ichain_drake.learning.library.saved import SavedLink
 from ichain_drake.learning.library.saved_graph import SavedGraph
 
 
 @dataclass(frozen=True)
-class LinkSummary:
-    """What a library's list shows of a link.
+class LinkSummary(ItemSummary):
+    """What a library's list shows of a link, `<parent type>-<child type>`; see also `ItemSummary`.
 
     Attributes:
-        name: of the link: `<parent type>-<child type>`.
         parent, child: their variables with units, such as `hand: x [m], y [m]`.
-        interaction, source: the interaction's name where it was learned, and the scenario.
+        interaction: its name where it was learned.
         targets: the child's variables that its inverse models bring about.
         positions: what the parent's positions are relative to.
         forward, inverses: estimators with features, action and aim.
         forward_score, inverse_score: cross-validated coefficient of determination; of the inverses the best.
         samples: transitions that the forward model was fitted to.
-        robot_seconds: simulated time that recording them took of the robot [s].
-        versions: of what it was learned with.
-        demonstrations_sha256: hash of the demonstrations.
-        size: of all its files [bytes].
     """
 
-    name: str
     parent: str
     child: str
     interaction: str
-    source: str
     targets: tuple[str, ...]
     positions: str
     forward: str
@@ -44,10 +38,6 @@ class LinkSummary:
     forward_score: float
     inverse_score: float
     samples: int
-    robot_seconds: float
-    versions: Mapping[str, str]
-    demonstrations_sha256: str
-    size: int
 
 
 def show_link(library: Path, name: str) -> LinkSummary:
@@ -86,28 +76,21 @@ def check_library(folder: Path) -> list[str]:
 
 def _summary(saved: SavedLink) -> LinkSummary:
     fields = saved.manifest
-    parent, child = (
-        f"{fields[end]['type']}: " + ", ".join(f"{v['name']} [{v['unit']}]" for v in fields[end]["variables"])
-        for end in ("parent", "child")
-    )
     forward, inverses = fields["forward"], fields["inverses"]
     return LinkSummary(
-        saved.folder.name,
-        parent,
-        child,
-        fields["interaction"],
-        fields["source"],
-        tuple(fields["targets"]),
-        _positions(fields),
-        f"{forward['estimator']}, features {forward['features']}, action {forward['action']}",
-        tuple(f"{i['estimator']}, features {i['features']}, aim {i['aim']}, action {i['action']}" for i in inverses),
-        forward["score"],
-        max((i["score"] for i in inverses), default=float("nan")),
-        forward["samples"],
-        fields["robot_seconds"],
-        fields["versions"],
-        fields["demonstrations_sha256"],
-        sum(len(data) for data in saved.files.values()),
+        **common(saved, fields["source"]),
+        parent=space_words(fields["parent"]),
+        child=space_words(fields["child"]),
+        interaction=fields["interaction"],
+        targets=tuple(fields["targets"]),
+        positions=_positions(fields),
+        forward=f"{forward['estimator']}, features {forward['features']}, action {forward['action']}",
+        inverses=tuple(
+            f"{i['estimator']}, features {i['features']}, aim {i['aim']}, action {i['action']}" for i in inverses
+        ),
+        forward_score=forward["score"],
+        inverse_score=max((i["score"] for i in inverses), default=float("nan")),
+        samples=forward["samples"],
     )
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,10 +14,10 @@ from ichain_drake.learning.chain import LearnedLink
 from ichain_drake.learning.command import LearnedCommand
 from ichain_drake.learning.features import planar_poses
 from ichain_drake.learning.frozen import FrozenModel
-from ichain_drake.learning.library.files import MANIFEST, link_name, read_files
+from ichain_drake.learning.library.files import link_name
 from ichain_drake.learning.library.fit import check_fit
-from ichain_drake.learning.library.form import refusal
-from ichain_drake.learning.library.manifest import read_manifest, space_from
+from ichain_drake.learning.library.manifest import LINK, ManifestForm, space_from
+from ichain_drake.learning.library.saved_item import SavedItem
 from ichain_drake.learning.library.weights import unpack
 from ichain_drake.learning.link import EstimatorSpec, ForwardSpec, InverseSpec, Scored
 from ichain_drake.learning.models import ForwardModel, InverseModel
@@ -26,39 +25,19 @@ from ichain_drake.state import FloatArray, StateSpace
 
 
 @dataclass(frozen=True)
-class SavedLink:
-    """A link's folder as it was read: complete, unharmed, but not yet compared with a graph.
+class SavedLink(SavedItem):
+    """A link; see `SavedItem`."""
 
-    Attributes:
-        folder: where it is.
-        manifest: checked fields, see `ichain_drake.learning.library.manifest`.
-        files: contents by file name.
-    """
+    what: ClassVar[str] = "link"
+    form: ClassVar[ManifestForm] = LINK
 
-    folder: Path
-    manifest: Mapping[str, Any]
-    files: Mapping[str, bytes]
-
-    @classmethod
-    def read(cls, folder: Path) -> SavedLink:
-        """Read a link's folder.
-
-        Raises:
-            InputError: if anything in it is missing, damaged, edited, foreign or of a newer format.
-        """
-        files = read_files(folder)
-        manifest = read_manifest(files, folder)
-        name = link_name(manifest["parent"]["type"], manifest["child"]["type"])
-        if folder.resolve().name != name:
-            raise InputError(f"{folder}: the link in it is {name}; give the folder that name")
-        return cls(folder, manifest, files)
+    @staticmethod
+    def folder_name(manifest: Mapping[str, Any]) -> str:
+        """`<parent type>-<child type>`."""
+        return link_name(manifest["parent"]["type"], manifest["child"]["type"])
 
     def verify(self) -> None:
-        """Build its models, for a graph as the manifest describes it.
-
-        Raises:
-            InputError: if that fails; names the file or field.
-        """
+        """See `SavedItem`."""
         parent, child = self._spaces()
         self.check_fit(parent, child, self.manifest["targets"])
         origin = self._origin(parent)
@@ -199,9 +178,6 @@ class SavedLink:
         lower, upper, limit = (self._vector(name, fields, n, "command.") for name in ("lower", "upper", "hand_limit"))
         shift = self._shift(parent, origin)
         return LearnedCommand(frozen, lower + shift, upper + shift, limit, origin)
-
-    def _refusal(self, path: str, what: str) -> InputError:
-        return refusal(str(self.folder / MANIFEST), path, what)
 
     def _vector(self, name: str, fields: Mapping[str, Any], n: int, path: str = "") -> FloatArray:
         values = np.array(fields[name], dtype=float)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,10 +15,11 @@ from ichain_drake.learning.interaction.model import InteractionModel
 from ichain_drake.learning.interaction.passive import PassiveDynamics, PassiveVariable
 from ichain_drake.learning.interaction.tick import LearnedInteraction
 from ichain_drake.learning.library.encoding import Decoder
-from ichain_drake.learning.library.files import MANIFEST, graph_name, is_weights_name, read_files
+from ichain_drake.learning.library.files import MANIFEST, graph_name, is_weights_name
 from ichain_drake.learning.library.fit import check_graph
-from ichain_drake.learning.library.form import Free, Keyed, refusal
-from ichain_drake.learning.library.manifest import SHA256, SPACE, ManifestForm, read_manifest, space_from
+from ichain_drake.learning.library.form import Free, Keyed
+from ichain_drake.learning.library.manifest import SHA256, SPACE, ManifestForm, space_from
+from ichain_drake.learning.library.saved_item import SavedItem
 from ichain_drake.learning.library.weights import unpack_arrays
 from ichain_drake.state import FloatArray
 
@@ -79,39 +79,19 @@ class Contents:
 
 
 @dataclass(frozen=True)
-class SavedGraph:
-    """A graph's folder as it was read: complete, unharmed, but not yet compared with a graph.
+class SavedGraph(SavedItem):
+    """A whole graph; see `SavedItem`."""
 
-    Attributes:
-        folder: where it is.
-        manifest: checked fields.
-        files: contents by file name.
-    """
+    what: ClassVar[str] = "graph"
+    form: ClassVar[ManifestForm] = GRAPH
 
-    folder: Path
-    manifest: Mapping[str, Any]
-    files: Mapping[str, bytes]
-
-    @classmethod
-    def read(cls, folder: Path) -> SavedGraph:
-        """Read a graph's folder.
-
-        Raises:
-            InputError: if anything in it is missing, damaged, edited, foreign or of a newer format.
-        """
-        files = read_files(folder)
-        manifest = read_manifest(files, folder, GRAPH)
-        name = graph_name(manifest["graph"])
-        if folder.resolve().name != name:
-            raise InputError(f"{folder}: the graph in it is {name}; give the folder that name")
-        return cls(folder, manifest, files)
+    @staticmethod
+    def folder_name(manifest: Mapping[str, Any]) -> str:
+        """`graph.<name>`."""
+        return graph_name(manifest["graph"])
 
     def verify(self) -> None:
-        """Build its model, for a graph as the manifest describes it.
-
-        Raises:
-            InputError: if that fails; names the file or field.
-        """
+        """See `SavedItem`."""
         self.known(self.graph())
 
     def graph(self) -> InteractionGraph:
@@ -223,6 +203,3 @@ class SavedGraph:
                 raise self._refusal(f"model.edges, {edge.name}", "it predicts no finite numbers within its own data")
             if not shown:
                 raise self._refusal(f"model.edges, {edge.name}, customary", "low and high are no ranges of its inputs")
-
-    def _refusal(self, path: str, what: str) -> InputError:
-        return refusal(str(self.folder / MANIFEST), path, what)
