@@ -3,9 +3,9 @@
 A learned model is off in its own way in each region, and what it doesn't see (a current, a load) changes slowly. Both
 show as one-tick errors that are alike over many ticks, where noise isn't. Pannocchia and Rawlings (2003) add such an
 error to the model as a state that is estimated; here the estimate is an exponentially weighted mean of the errors. How
-much of it is believed follows from how alike errors two to nine ticks apart have been so far in the run (a reading that is
-off makes those of successive ticks unlike), less two standard deviations of what chance would do: a model whose errors
-are noise is left as it is.
+much of it is believed follows from how alike errors two to nine ticks apart have been so far in the run (a reading that
+is off makes those of successive ticks unlike), less two standard deviations of what chance would do: a model whose
+errors are noise is left as it is.
 """
 
 from __future__ import annotations

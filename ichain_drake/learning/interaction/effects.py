@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.interaction.active_ticks import ActiveTicks, active_ticks
 from ichain_drake.learning.interaction.alignment import Alignment
 from ichain_drake.learning.interaction.columns import Column, candidate_columns
-from ichain_drake.learning.interaction.data import GraphData, Piece
+from ichain_drake.learning.interaction.data import GraphData
 from ichain_drake.learning.interaction.fitted import Regression
 from ichain_drake.learning.interaction.passive import PassiveDynamics
 from ichain_drake.learning.interaction.regression import choose_regression
@@ -47,52 +48,6 @@ class Effect:
         return self.regression(np.stack([c(parent, parent_next, child) for c in self.columns], axis=1))
 
 
-@dataclass
-class _Rows:
-    """Ticks in which an interaction is active."""
-
-    parent: FloatArray
-    parent_next: FloatArray
-    child: FloatArray
-    child_next: FloatArray
-    others: dict[Interaction, tuple[FloatArray, FloatArray, NDArray[np.bool_]]]
-    piece: NDArray[np.intp]
-    row: NDArray[np.intp]
-
-
-def _active_ticks(piece: Piece, edge: Interaction) -> NDArray[np.intp]:
-    flag = piece.flags[edge]
-    return np.flatnonzero(flag[:-1] & flag[1:])
-
-
-def _collect(data: GraphData, edge: Interaction) -> _Rows:
-    ticks = [_active_ticks(p, edge) for p in data.pieces]
-    if sum(map(len, ticks)) == 0:  # never two rows in a row: take what there is
-        ticks = [np.flatnonzero(p.flags[edge][1:]) for p in data.pieces]
-
-    def take(obj: str, later: int) -> FloatArray:
-        return np.vstack([p.states[obj][t + later] for p, t in zip(data.pieces, ticks, strict=True)])
-
-    others = {
-        e: (
-            take(e.parent, 0),
-            take(e.parent, 1),
-            np.concatenate([p.flags[e][t + 1] for p, t in zip(data.pieces, ticks, strict=True)]),
-        )
-        for e in data.incoming(edge.child)
-        if e != edge
-    }
-    return _Rows(
-        take(edge.parent, 0),
-        take(edge.parent, 1),
-        take(edge.child, 0),
-        take(edge.child, 1),
-        others,
-        np.repeat(np.arange(len(ticks)), [len(t) for t in ticks]),
-        np.concatenate(ticks),
-    )
-
-
 def learn_effects(
     data: GraphData,
     child: str,
@@ -102,14 +57,10 @@ def learn_effects(
     noise: Mapping[str, FloatArray],
     known: Mapping[Interaction, tuple[Effect, ...]] | None = None,
 ) -> dict[Interaction, tuple[Effect, ...]]:
-    """Effects of all interactions on one object but those whose effects are known.
-
-    Each interaction is first fitted where no other one acts, if there is enough of that; then anew on what the others
-    leave, so that several parents of one child are told apart.
-    """
+    """Effects of all interactions on one object but those whose effects are known, each variable by itself."""
     known = known or {}
     edges = tuple(e for e in data.incoming(child) if e not in known)
-    rows = {e: _collect(data, e) for e in edges}
+    rows = {e: active_ticks(data, e) for e in edges}
     columns = {
         e: [
             c
@@ -123,25 +74,68 @@ def learn_effects(
         if v.kind == "change":
             continue
         effects = {e: f for e, theirs in known.items() for f in theirs if e.child == child and f.variable == i}
-        for sweep in range(2 if len(data.incoming(child)) > 1 else 1):
-            for e in edges:
-                others = [on for _, _, on in rows[e].others.values()]
-                overlap = np.any(others, axis=0) if others else None
-                if sweep and (overlap is None or not _overlapping(rows[e], effects)):
-                    continue  # nothing to tell apart
-                alone = ~overlap if not sweep and overlap is not None else None
-                use = alone if alone is not None and alone.sum() >= _LEAST_ALONE else None
-                effect = _fit(i, rows[e], columns[e], passive, effects, spec, noise[child], use)
-                effects.pop(e, None)
-                if effect is not None:
-                    effects[e] = effect
+        _tell_apart(i, rows, columns, passive, effects, spec, noise[child])
         for e in edges:
             if e in effects:
                 found[e].append(effects[e])
     return {e: tuple(effects) for e, effects in found.items()}
 
 
-def _shows(column: Column, rows: _Rows, space: StateSpace, noise: FloatArray) -> bool:
+def _tell_apart(
+    i: int,
+    rows: Mapping[Interaction, ActiveTicks],
+    columns: Mapping[Interaction, list[Column]],
+    passive: PassiveDynamics,
+    effects: dict[Interaction, Effect],
+    spec: InteractionSpec,
+    noise: FloatArray,
+) -> None:
+    """Add to the known effects on one variable those of the interactions that `rows` are about.
+
+    What acts alone often enough is fitted there, where nothing is to be told apart. Of those that hardly do, the one
+    that explains most of what is left comes first, then the next on what that leaves (matching pursuit; Mallat and
+    Zhang 1993). In any other order an interaction that is merely active at the same time takes what it can by the
+    chance of few pieces, and the true cause gets the rest. At last each is fitted anew on all rows, to what the others
+    leave.
+    """
+
+    def fit(e: Interaction, use: NDArray[np.bool_] | None = None) -> Effect | None:
+        return _fit(i, rows[e], columns[e], passive, effects, spec, noise, use)
+
+    together = []
+    for e in rows:
+        alone = rows[e].alone
+        if alone.sum() >= _LEAST_ALONE or alone.all():
+            _put(effects, e, fit(e, alone))
+        else:
+            together.append(e)
+    while together:
+        fits = {e: fit(e) for e in together}
+        gains = {e: _gain(f) for e, f in fits.items() if f is not None}
+        if not gains:
+            break
+        best = max(gains, key=gains.__getitem__)
+        _put(effects, best, fits[best])
+        together.remove(best)
+    for e in rows:
+        if _overlapping(rows[e], effects):
+            _put(effects, e, fit(e))
+
+
+def _put(effects: dict[Interaction, Effect], edge: Interaction, effect: Effect | None) -> None:
+    """Replace what is held to be the effect of an interaction."""
+    effects.pop(edge, None)
+    if effect is not None:
+        effects[edge] = effect
+
+
+def _gain(effect: Effect) -> float:
+    """Squared change that an effect explains on left-out rows, over all rows in which its interaction is active."""
+    fitted = effect.regression
+    return fitted.explained * fitted.scale**2 * fitted.samples
+
+
+def _shows(column: Column, rows: ActiveTicks, space: StateSpace, noise: FloatArray) -> bool:
     """Whether an input that is a motion of the parent is more than what readings of a parent at rest give.
 
     A hand that turns a knob where it is moves by its noise alone, which explains nothing: some of it will always seem
@@ -158,13 +152,13 @@ def _shows(column: Column, rows: _Rows, space: StateSpace, noise: FloatArray) ->
     return moved >= MOVING * np.sqrt(2.0) * float(noise[index].max())
 
 
-def _overlapping(rows: _Rows, effects: Mapping[Interaction, Effect]) -> bool:
+def _overlapping(rows: ActiveTicks, effects: Mapping[Interaction, Effect]) -> bool:
     return any(on.any() for e, (_, _, on) in rows.others.items() if e in effects)
 
 
 def _fit(
     i: int,
-    rows: _Rows,
+    rows: ActiveTicks,
     columns: list[Column],
     passive: PassiveDynamics,
     effects: Mapping[Interaction, Effect],
