@@ -49,6 +49,7 @@ class InverseKinematics(LeafSystem):
         rate: updates in a second, 30 times a power of two.
         plant_step: [s].
         grip_positions: positions of the driven fingers when open and closed, shape (2, n_fingers).
+        grip_speed: of each finger's desired position [m/s]: a grip that shuts at once strikes what it takes.
         plan_size: length of `plan`.
         closed: whether the gripper is closed at start.
     """
@@ -60,6 +61,7 @@ class InverseKinematics(LeafSystem):
         rate: int,
         plant_step: float,
         grip_positions: FloatArray,
+        grip_speed: float,
         plan_size: int,
         *,
         closed: bool,
@@ -73,6 +75,8 @@ class InverseKinematics(LeafSystem):
         self._period = FRAME / ratio
         self.steps = round(FRAME / plant_step)
         self._grip = grip_positions
+        # The last row is one step beyond the frame, and so the first of the next one.
+        self._grip_reach = grip_speed * FRAME * np.arange(self.steps + 1)[:, None] / self.steps
         n = kinematics.size
         self._n, self.width = n, n + grip_positions.shape[1]
         self._weights = _interpolation(ratio, self.steps)
@@ -125,7 +129,9 @@ class InverseKinematics(LeafSystem):
             path, speed = self._kinematics.follow(begin, self._targets(start, end), self._period)
             rows[:, :n] = self._weights @ np.stack([begin, *path])
             plan[-2 - n : -2] = path[-1]
-        rows[:, n:] = self._grip[int(end[GRIP] > 0.5)]
+        fingers = discrete.value(self._held)[n:]
+        away = self._grip[int(end[GRIP] > 0.5)] - fingers
+        rows[:, n:] = fingers + np.clip(away, -self._grip_reach, self._grip_reach)
         rows[:, :n] += self._dither if frame % 2 else -self._dither
         rows -= discrete.value(self._held)
         plan[-2], plan[-1] = speed, still

@@ -192,6 +192,8 @@ def _set_gains(
         actuator.set_controller_gains(PdControllerGains(p=p, d=d))
     if gripper is None:
         return ()
+    if not spec.gripper_speed > 0:
+        raise InputError(f"robot.gripper_speed: {spec.gripper_speed} m/s; give a speed above 0")
     driven = _actuators(plant, gripper)
     for actuator in driven:
         actuator.set_controller_gains(PdControllerGains(p=spec.gripper_kp, d=spec.gripper_kd))

@@ -72,6 +72,7 @@ class RobotSpec:
         gripper_kp, gripper_kd: gains of the driven finger [N/m, Ns/m].
         gripper_open, gripper_closed: finger positions, by joint of the gripper [m]; closed may lie beyond the joint's
             limit: the excess times `gripper_kp`, up to the actuator's effort, is the grip force.
+        gripper_speed: of each finger's desired position [m/s]; above 0.
         postures: see `Posture`; none means: the default positions of the model.
         posture_weights: how strongly each joint is drawn to its posture, one a joint; none means 1 for all.
         posture_gain: rate of that motion [1/s].
@@ -96,6 +97,7 @@ class RobotSpec:
     gripper_kd: float = 60.0
     gripper_open: dict[str, float] = field(default_factory=lambda: {"finger_left": 0.04, "finger_right": 0.04})
     gripper_closed: dict[str, float] = field(default_factory=lambda: {"finger_left": -0.02, "finger_right": -0.02})
+    gripper_speed: float = 0.2
     postures: list[Posture] = field(default_factory=_gen3_postures)
     posture_weights: list[float] = field(default_factory=lambda: [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
     posture_gain: float = 2.0

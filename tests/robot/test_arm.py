@@ -56,6 +56,20 @@ def test_hand_is_at_the_setpoint_at_ticks_and_close_in_between() -> None:
     np.testing.assert_allclose(runner.read("state"), commands[-1], atol=5e-4)
 
 
+def test_fingers_close_and_open_at_their_speed() -> None:
+    spec = RobotSpec(hand=HandSpec(["x", "y", "z", "grip"]), home={"x": 0.45, "z": 0.25}, gripper_speed=0.15)
+    commands = np.array([[0.45, 0, 0.25, float(k < 2)] for k in range(4)])
+    runner, widths = Runner(spec, commands, "arm"), []
+    for frame in range(1, 41):
+        runner.frame(frame)
+        widths.append(runner.read("plant_positions")[-2:].copy())
+    found = np.array(widths)
+    np.testing.assert_allclose(np.diff(found[2:7], axis=0), -0.15 / 30, atol=2e-4)
+    assert found[12].max() < 1e-3
+    np.testing.assert_allclose(np.diff(found[27:31], axis=0), 0.15 / 30, atol=2e-4)
+    assert found[-1].min() > 0.039
+
+
 def test_another_arm_by_its_description_tracks_a_command() -> None:
     target = np.array([0.33, 0.0, 0.22, 0.2])
     runner = Runner(other_arm(), np.array([target]), "arm")
@@ -116,6 +130,7 @@ def test_no_feedthrough_and_no_bodies_in_arm_physics() -> None:
     ("change", "message"),
     [
         ({"kp": [1.0, 2.0]}, "robot.kp: 2 gains given, the arm has 7"),
+        ({"gripper_speed": 0.0}, "robot.gripper_speed: 0.0 m/s; give a speed above 0"),
         ({"arm": "leg"}, "robot.arm: the model has no instance 'leg'"),
         ({"gripper": "claw"}, "robot.gripper: the model has no instance 'claw'"),
         ({"hand_frame": "nose"}, "has no frame 'nose'"),
