@@ -49,7 +49,7 @@ class InverseKinematics(LeafSystem):
         rate: updates in a second, 30 times a power of two.
         plant_step: [s].
         grip_positions: positions of the driven fingers when open and closed, shape (2, n_fingers).
-        grip_speed: of each finger's desired position [m/s]: a grip that shuts at once strikes what it takes.
+        grip_speed: of each finger's desired position as the grip closes [m/s]: at once it would strike what it takes.
         plan_size: length of `plan`.
         closed: whether the gripper is closed at start.
     """
@@ -129,9 +129,11 @@ class InverseKinematics(LeafSystem):
             path, speed = self._kinematics.follow(begin, self._targets(start, end), self._period)
             rows[:, :n] = self._weights @ np.stack([begin, *path])
             plan[-2 - n : -2] = path[-1]
-        fingers = discrete.value(self._held)[n:]
-        away = self._grip[int(end[GRIP] > 0.5)] - fingers
-        rows[:, n:] = fingers + np.clip(away, -self._grip_reach, self._grip_reach)
+        if end[GRIP] > 0.5:
+            fingers = discrete.value(self._held)[n:]
+            rows[:, n:] = fingers + np.clip(self._grip[1] - fingers, -self._grip_reach, self._grip_reach)
+        else:  # it strikes nothing
+            rows[:, n:] = self._grip[0]
         rows[:, :n] += self._dither if frame % 2 else -self._dither
         rows -= discrete.value(self._held)
         plan[-2], plan[-1] = speed, still

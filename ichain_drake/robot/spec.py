@@ -72,7 +72,7 @@ class RobotSpec:
         gripper_kp, gripper_kd: gains of the driven finger [N/m, Ns/m].
         gripper_open, gripper_closed: finger positions, by joint of the gripper [m]; closed may lie beyond the joint's
             limit: the excess times `gripper_kp`, up to the actuator's effort, is the grip force.
-        gripper_speed: of each finger's desired position [m/s]; above 0.
+        gripper_speed: of each finger's desired position as the grip closes [m/s]; above 0.
         postures: see `Posture`; none means: the default positions of the model.
         posture_weights: how strongly each joint is drawn to its posture, one a joint; none means 1 for all.
         posture_gain: rate of that motion [1/s].
