@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,6 +26,7 @@ _TWO = re.compile(rf"^\s*(?P<low>\S+)\s*<=\s*(?P<name>{_NAME})\s*<=\s*(?P<high>\
 _NOT = re.compile(r"^\s*not\s+(?P<edge>.+->.+)$")
 _EQUAL_SHARE = 0.02  # of the demonstrated range
 _EQUAL_NOISE = 4.0
+_ROOM = 0.25  # of a condition's range, that its margin has at most
 _BEYOND = 0.05  # of the demonstrated range, that an unbounded variable may go beyond it
 
 
@@ -230,3 +232,25 @@ def kept_by_itself(model: GraphModel, condition: Condition) -> bool:
     """Whether the variable of a condition keeps its value once nothing acts on it."""
     index = model.graph.objects[condition.object].observable.index(condition.variable)
     return bool(keeps(model, condition.object)[index])
+
+
+def inside(condition: Condition, model: GraphModel, noises: float, share: float = 0.0) -> Condition:
+    """A condition that is met by a margin, where its range and the variable's bounds leave room.
+
+    Args:
+        condition: to be met.
+        model: knows noise and demonstrated ranges.
+        noises: of a reading, that the margin has at least.
+        share: of the demonstrated range, the same.
+    """
+    space = model.graph.objects[condition.object].observable
+    i = space.index(condition.variable)
+    wide = max(noises * float(model.noise[condition.object][i]), share * float(span(model, condition.object)[i]))
+    margin = min(wide, _ROOM * (condition.upper - condition.lower))
+    low, high = condition.lower + margin, condition.upper - margin
+    variable = space.variables[i]
+    return replace(
+        condition,
+        lower=min(low, max(variable.upper, condition.lower)),
+        upper=max(high, min(variable.lower, condition.upper)),
+    )

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ichain_drake.control.graph.goals import gap, value_of, words
+from ichain_drake.control.graph.goals import gap, inside, value_of, words
 from ichain_drake.control.graph.model import GraphModel
 from ichain_drake.control.graph.plan import Goal, PlanStep, States
 
+_SURE = 1.0  # noises of a reading: two standard deviations of a mean of four
 _GONE, _NARROW = 5.0, 0.05  # demonstrated ranges away, each at least so wide [m]
 _PLACE, _VALUE = 0.05, 0.12  # of the demonstrated range: larger deviations from the prediction are noticed
 
@@ -29,17 +30,19 @@ def gone(model: GraphModel, reading: States) -> str:
 
 
 def unmet(model: GraphModel, goal: Goal, states: States) -> str:
-    """Which condition of a goal does not hold, in words; empty if all hold.
+    """Which condition of a goal does not hold, or not surely, in words; empty if all hold.
 
     Args:
         model: the learned graph.
         goal: what is wanted.
-        states: measured, shape (n_variables,) each.
+        states: measured, means of four readings, shape (n_variables,) each.
     """
     for c in goal.conditions:
         value = float(value_of(c, states, model.graph))
         if gap(c, value) > 0:
             return f"{words(c, model.graph)} does not hold: it is {value:.4g}"
+        if gap(inside(c, model, _SURE), value) > 0:
+            return f"{words(c, model.graph)} holds by less than readings can tell: it is {value:.4g}"
     for e in goal.inactive:
         if float(model.decide(e, states)) >= 0:
             return f"{e.name} is still active"

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ichain_drake.control.graph.failure import Nearest
-from ichain_drake.control.graph.goals import gap, value_of
+from ichain_drake.control.graph.goals import gap, inside, value_of
 from ichain_drake.control.graph.heuristics import Landmarks, Novelty, unmet_conditions
 from ichain_drake.control.graph.holding import can_hold
 from ichain_drake.control.graph.macros import Carry, Drive
-from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, row, span, stack, take
+from ichain_drake.control.graph.model import Batch, BoolArray, GraphModel, row, stack, take
 from ichain_drake.control.graph.places import carry_targets
-from ichain_drake.control.graph.plan import Condition, Goal, NoPlan, PlanStep
+from ichain_drake.control.graph.plan import Goal, NoPlan, PlanStep
 from ichain_drake.control.graph.search_node import Node, cheaper, mark_of
 from ichain_drake.control.graph.simulate import Outcome, settle, simulate
 from ichain_drake.graph import Interaction
@@ -26,7 +26,6 @@ from ichain_drake.state import FloatArray
 
 _NOISES = 3.0  # that a goal is to be met by, where it can be
 _MARGIN = 0.05  # of the demonstrated range, the same
-_SHARE = 0.25  # of a range, at most
 _SWITCH_TICKS = 20  # to reach an object and take it, or press it, and to let go
 
 
@@ -73,7 +72,7 @@ class Search:
         self.model, self.settings = model, settings
         self.carries, self.drives = macros
         self.goal = goal
-        self.surer = tuple(_inside(c, self.model) for c in goal.conditions)
+        self.surer = tuple(inside(c, self.model, _NOISES, _MARGIN) for c in goal.conditions)
         self.novelty = Novelty(model, objects)
         self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
@@ -230,18 +229,3 @@ class Search:
     def _stop(self, batch: Batch) -> BoolArray:
         met = [gap(c, value_of(c, batch, self.model.graph)) == 0 for c in self.surer]
         return np.stack(met, axis=1) if met else np.zeros((len(batch[self.model.graph.root]), 0), dtype=bool)
-
-
-def _inside(condition: Condition, model: GraphModel) -> Condition:
-    """A condition that is met by a margin over the noise, where its range and the variable's bounds leave room."""
-    space = model.graph.objects[condition.object].observable
-    i = space.index(condition.variable)
-    wide = max(_NOISES * float(model.noise[condition.object][i]), _MARGIN * float(span(model, condition.object)[i]))
-    margin = min(wide, _SHARE * (condition.upper - condition.lower))
-    low, high = condition.lower + margin, condition.upper - margin
-    variable = space.variables[i]
-    return replace(
-        condition,
-        lower=min(low, max(variable.upper, condition.lower)),
-        upper=max(high, min(variable.lower, condition.upper)),
-    )

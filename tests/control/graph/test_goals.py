@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from toy_models import LAMP_START, TAP_START, lamp, tap
 
-from ichain_drake.control.graph.goals import gap, impossible, parse_goal, stay, words
-from ichain_drake.control.graph.plan import Condition, NoPlan
+from ichain_drake.control.graph.goals import gap, impossible, inside, parse_goal, stay, words
+from ichain_drake.control.graph.monitoring import unmet
+from ichain_drake.control.graph.plan import Condition, Goal, NoPlan
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 
@@ -91,3 +92,27 @@ def test_stay_gap_and_words() -> None:
     (c,) = stay(LAMP_START, "dimmer", ["x"], lamp(), 0.01)
     assert words(c, lamp().graph) == "0.29 <= dimmer.x <= 0.31 m"
     assert gap(c, np.array([0.2, 0.3, 0.35])) == pytest.approx([0.09, 0.0, 0.04])
+
+
+def test_a_margin_is_taken_where_there_is_room() -> None:
+    model = tap()
+    noise = float(model.noise["cup"][1])
+    assert noise > 0
+    found = inside(Condition("cup", "water", 0.6, math.inf), model, 3.0)
+    assert (found.lower, found.upper) == (pytest.approx(0.6 + 3 * noise), math.inf)
+    narrow = inside(Condition("cup", "water", 0.6, 0.6 + noise), model, 3.0)
+    assert (narrow.lower, narrow.upper) == pytest.approx((0.6 + noise / 4, 0.6 + 3 * noise / 4))
+    full = model.graph.objects["cup"].variables[1].upper  # nothing is more than full
+    assert inside(Condition("cup", "water", full, math.inf), model, 3.0).lower == full
+
+
+def test_what_readings_can_not_tell_is_not_reached() -> None:
+    model = tap()
+    noise = float(model.noise["cup"][1])
+    goal = Goal((Condition("cup", "water", 0.6, math.inf),), ())
+    states = {n: v.copy() for n, v in TAP_START.items()}
+    for value, said in ((0.5, "does not hold: it is 0.5"), (0.6 + 0.5 * noise, "holds by less than readings can tell")):
+        states["cup"][1] = value
+        assert said in unmet(model, goal, states)
+    states["cup"][1] = 0.6 + 1.5 * noise
+    assert unmet(model, goal, states) == ""
