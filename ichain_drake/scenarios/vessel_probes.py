@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import cast
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from ichain_drake.objects import Button, Cup, Region, WorldObject
 from ichain_drake.objects.button import LEVELS
 from ichain_drake.objects.cup import POSITION_NOISE
-from ichain_drake.scenarios.border_probes import BorderProbes, State, drawn
+from ichain_drake.scenarios.border_probes import BorderProbes, Move, State, drawn
 from ichain_drake.state import FloatArray
 
 _STANDING = 0.01  # m above what is below it
@@ -29,6 +30,19 @@ class VesselProbes(BorderProbes):
             value[:3] += scale * POSITION_NOISE * rng.standard_normal(3)
         elif isinstance(system, Button):
             value[:] = system.measure(full, scale * rng.standard_normal(1))
+
+    def beside(self, name: str) -> Mapping[str, Move]:
+        """Borders between the hand and a vessel or button, by the object that is moved; none in `contact`.
+
+        Between bodies contact decides, and no box: fingers that are off by a little touch all the same.
+
+        Args:
+            name: of the vessel or button.
+        """
+        if self.scenario.physics == "contact":
+            return {}
+        near = self.beside_vessel if isinstance(self.objects[name], Cup) else self.beside_button
+        return {self.hand: lambda s, rng: near(name, s, rng)}
 
     def beside_vessel(self, name: str, state: State, rng: np.random.Generator) -> bool:
         """A closed hand near a standing vessel."""

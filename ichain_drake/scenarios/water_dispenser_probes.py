@@ -21,11 +21,7 @@ class DispenserProbes(VesselProbes):
         """See `BorderProbes`."""
         child, parent = self.objects[edge.child], self.objects.get(edge.parent)
         if edge.parent == self.hand:
-            # Between bodies contact decides, and no box: fingers that are off by a little touch all the same.
-            if self.scenario.physics == "contact":
-                return {}
-            beside = self.beside_vessel if isinstance(child, Cup) else self.beside_button
-            return {self.hand: lambda s, rng: beside(edge.child, s, rng)}
+            return self.beside(edge.child)
         if isinstance(parent, Button):
             return {edge.parent: lambda s, rng: self.press(edge.parent, s, rng)}
         if isinstance(child, Cup):

@@ -62,7 +62,7 @@ def load_parts(library: Path, name: str, graph: InteractionGraph) -> LibraryPart
     The graph that was saved by the same name is looked at first, the others in the order of their names. An interaction
     fits if both of its ends have the same type and variables as here, with units, kinds and roles, and if whatever else
     its status looks at is here too. One between objects of the same names is preferred; otherwise it is taken where
-    the types leave no choice: with two buttons of one type, the types don't say which is which.
+    the types leave no choice: where two objects are of one type, it doesn't say which is which.
 
     Args:
         library: the library's folder.
