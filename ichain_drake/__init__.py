@@ -8,10 +8,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ichain_drake.control.chain import ChainController, ControlCandidates, make_controller
-    from ichain_drake.control.move_to import MoveTo
-    from ichain_drake.control.path import PathLimits, TimedPath, paper_path_error, path_error, read_path
-    from ichain_drake.control.systems import Controller, PathFollower
+    from ichain_drake.control.tracking.chain import ChainController, ControlCandidates, make_controller
+    from ichain_drake.control.tracking.move_to import MoveTo
+    from ichain_drake.control.tracking.path import PathLimits, TimedPath, paper_path_error, path_error, read_path
+    from ichain_drake.control.tracking.systems import Controller, PathFollower
     from ichain_drake.demonstrations import (
         Demonstration,
         read_demonstration,
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from ichain_drake.errors import IchainError, InputError, UnreachableError
     from ichain_drake.graph import Interaction, InteractionGraph, Origin
     from ichain_drake.learned_graph import LearnedGraph, build_learned_graph
-    from ichain_drake.learning.chain import LearnedChain, LearnedLink, LinkCandidates, learn_chain, learn_link
+    from ichain_drake.learning.chain.chain import LearnedChain, LearnedLink, LinkCandidates, learn_chain, learn_link
+    from ichain_drake.learning.chain.link import EstimatorSpec
+    from ichain_drake.learning.chain.models import ForwardModel, InverseModel
     from ichain_drake.learning.library import check_library, list_library, load_command, load_links, save_chain
-    from ichain_drake.learning.link import EstimatorSpec
-    from ichain_drake.learning.models import ForwardModel, InverseModel
     from ichain_drake.objects import (
         Car,
         ContractError,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         WorldObject,
         check_object,
     )
-    from ichain_drake.objects.gymnasium_game import (
+    from ichain_drake.objects.gymnasium import (
         ActionTerm,
         AttributeSnapshot,
         GameEnvironment,
@@ -43,24 +43,25 @@ if TYPE_CHECKING:
         GymnasiumGame,
     )
     from ichain_drake.robot import BodySpec, HandSpec, RobotSpec, SphereSurface, build_robot
-    from ichain_drake.scenarios import GraphScenario, PathScenario, Scenario, load_scenario
+    from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
+    from ichain_drake.runs.goals.library import load_knowledge, load_what_fits, save_knowledge
+    from ichain_drake.runs.goals.run import GraphRun, run_graph
+    from ichain_drake.runs.paths.following import follow
+    from ichain_drake.runs.paths.result import PathResult, PathRun
+    from ichain_drake.runs.provenance import data_hash
+    from ichain_drake.runs.showing import PlaybackPage, show
+    from ichain_drake.scenarios import GraphScenario, PathScenario, Scenario
     from ichain_drake.scenarios.build import build_world
-    from ichain_drake.scenarios.commands import Commands
     from ichain_drake.scenarios.config import ScenarioConfig
-    from ichain_drake.scenarios.graph_library import load_knowledge, load_what_fits, save_knowledge
-    from ichain_drake.scenarios.graph_run import GraphRun, run_graph
     from ichain_drake.scenarios.graph_scenario import GraphConfig
     from ichain_drake.scenarios.hand_commands import HandCommands
-    from ichain_drake.scenarios.knowledge import Knowledge, learn_graph
     from ichain_drake.scenarios.mishaps import Mishap, MishapConfig
     from ichain_drake.scenarios.object_maker import ObjectMaker
-    from ichain_drake.scenarios.path_following import follow
-    from ichain_drake.scenarios.path_result import PathResult, PathRun
-    from ichain_drake.scenarios.provenance import data_hash
-    from ichain_drake.scenarios.recorder import record
     from ichain_drake.scenarios.scripted_piece import ScriptedPiece
-    from ichain_drake.scenarios.showing import PlaybackPage, show
+    from ichain_drake.simulation.commands import Commands
+    from ichain_drake.simulation.recorder import record
     from ichain_drake.state import Role, StateSpace, Variable
+    from ichain_drake.systems import load_scenario
     from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
     from ichain_drake.visualization import Camera, Recording, load_recording, write_playback
     from ichain_drake.world import World
@@ -71,7 +72,7 @@ _MODULES = {
     "state": ("Role", "StateSpace", "Variable"),
     "graph": ("Interaction", "InteractionGraph", "Origin"),
     "objects": ("Car", "ContractError", "Joystick", "JoystickMount", "ObjectSettings", "WorldObject", "check_object"),
-    "objects.gymnasium_game": ("ActionTerm", "AttributeSnapshot", "GameEnvironment", "GameSpec", "GymnasiumGame"),
+    "objects.gymnasium": ("ActionTerm", "AttributeSnapshot", "GameEnvironment", "GameSpec", "GymnasiumGame"),
     "robot": ("BodySpec", "HandSpec", "RobotSpec", "SphereSurface", "build_robot"),
     "world": ("World",),
     "demonstrations": (
@@ -81,32 +82,33 @@ _MODULES = {
         "write_demonstration",
         "write_demonstrations",
     ),
-    "learning.models": ("ForwardModel", "InverseModel"),
-    "learning.link": ("EstimatorSpec",),
-    "learning.chain": ("LearnedChain", "LearnedLink", "LinkCandidates", "learn_chain", "learn_link"),
+    "learning.chain.models": ("ForwardModel", "InverseModel"),
+    "learning.chain.link": ("EstimatorSpec",),
+    "learning.chain.chain": ("LearnedChain", "LearnedLink", "LinkCandidates", "learn_chain", "learn_link"),
     "learning.library": ("check_library", "list_library", "load_command", "load_links", "save_chain"),
     "learned_graph": ("LearnedGraph", "build_learned_graph"),
-    "control.path": ("PathLimits", "TimedPath", "paper_path_error", "path_error", "read_path"),
-    "control.move_to": ("MoveTo",),
-    "control.chain": ("ChainController", "ControlCandidates", "make_controller"),
-    "control.systems": ("Controller", "PathFollower"),
-    "scenarios": ("GraphScenario", "PathScenario", "Scenario", "load_scenario"),
+    "control.tracking.path": ("PathLimits", "TimedPath", "paper_path_error", "path_error", "read_path"),
+    "control.tracking.move_to": ("MoveTo",),
+    "control.tracking.chain": ("ChainController", "ControlCandidates", "make_controller"),
+    "control.tracking.systems": ("Controller", "PathFollower"),
+    "scenarios": ("GraphScenario", "PathScenario", "Scenario"),
+    "systems": ("load_scenario",),
     "scenarios.build": ("build_world",),
-    "scenarios.commands": ("Commands",),
+    "simulation.commands": ("Commands",),
     "scenarios.config": ("ScenarioConfig",),
-    "scenarios.graph_library": ("load_knowledge", "load_what_fits", "save_knowledge"),
-    "scenarios.graph_run": ("GraphRun", "run_graph"),
+    "runs.goals.library": ("load_knowledge", "load_what_fits", "save_knowledge"),
+    "runs.goals.run": ("GraphRun", "run_graph"),
     "scenarios.graph_scenario": ("GraphConfig",),
     "scenarios.hand_commands": ("HandCommands",),
-    "scenarios.knowledge": ("Knowledge", "learn_graph"),
+    "runs.goals.knowledge": ("Knowledge", "learn_graph"),
     "scenarios.mishaps": ("Mishap", "MishapConfig"),
     "scenarios.object_maker": ("ObjectMaker",),
     "scenarios.scripted_piece": ("ScriptedPiece",),
-    "scenarios.recorder": ("record",),
-    "scenarios.path_following": ("follow",),
-    "scenarios.path_result": ("PathResult", "PathRun"),
-    "scenarios.provenance": ("data_hash",),
-    "scenarios.showing": ("PlaybackPage", "show"),
+    "simulation.recorder": ("record",),
+    "runs.paths.following": ("follow",),
+    "runs.paths.result": ("PathResult", "PathRun"),
+    "runs.provenance": ("data_hash",),
+    "runs.showing": ("PlaybackPage", "show"),
     "visualization": ("Camera", "Recording", "load_recording", "write_playback"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

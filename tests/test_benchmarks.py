@@ -13,11 +13,11 @@ from ichain_drake.benchmarks.diagram import BarePlant
 from ichain_drake.benchmarks.games import games_installed
 from ichain_drake.benchmarks.measure import interleaved, line_fit
 from ichain_drake.benchmarks.stopwatch import timed_callbacks
-from ichain_drake.control.path import TimedPath
+from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios.car_game import CarGame
-from ichain_drake.scenarios.car_game_demonstrations import Player
-from ichain_drake.scenarios.episode import Episode
+from ichain_drake.scenarios.joystick_demonstrations import Player
+from ichain_drake.simulation.episode import Episode
+from ichain_drake.systems.car_game.scenario import CarGame
 
 
 @pytest.fixture(scope="module")

@@ -14,12 +14,12 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from ichain_drake.benchmarks.measure import line_fit, seconds_a_call
-from ichain_drake.control.chain import ControlCandidates, make_controller
-from ichain_drake.control.path import PathLimits
+from ichain_drake.control.tracking.chain import ControlCandidates, make_controller
+from ichain_drake.control.tracking.path import PathLimits
 from ichain_drake.demonstrations.table import TIME, Demonstration, column
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.chain import LearnedChain, LearnedLink, LinkCandidates, learn_link
-from ichain_drake.learning.link import EstimatorSpec
+from ichain_drake.learning.chain.chain import LearnedChain, LearnedLink, LinkCandidates, learn_link
+from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.robot import HandSpec, RobotSpec, build_robot
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable

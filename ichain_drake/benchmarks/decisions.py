@@ -11,10 +11,10 @@ import numpy as np
 
 from ichain_drake.benchmarks.diagram import make_episode
 from ichain_drake.benchmarks.measure import seconds_a_call
-from ichain_drake.control.chain import ChainController
-from ichain_drake.control.move_to import MoveTo
-from ichain_drake.control.path import TimedPath
-from ichain_drake.learning.chain import LearnedChain
+from ichain_drake.control.tracking.chain import ChainController
+from ichain_drake.control.tracking.move_to import MoveTo
+from ichain_drake.control.tracking.path import TimedPath
+from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.state import FloatArray
 

@@ -14,15 +14,15 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from ichain_drake.benchmarks.measure import interleaved, processor_seconds
 from ichain_drake.benchmarks.stopwatch import timed_callbacks
-from ichain_drake.control.chain import ChainController
-from ichain_drake.control.path import TimedPath
-from ichain_drake.control.systems import Controller
+from ichain_drake.control.tracking.chain import ChainController
+from ichain_drake.control.tracking.path import TimedPath
+from ichain_drake.control.tracking.systems import Controller
 from ichain_drake.errors import InputError
-from ichain_drake.learning.chain import LearnedChain
+from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.robot.plant import add_robot_plant
 from ichain_drake.scenarios.base import PathScenario
-from ichain_drake.scenarios.episode import Episode
+from ichain_drake.simulation.episode import Episode
 
 
 def make_episode(

@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from ichain_drake.benchmarks.measure import processor_seconds
-from ichain_drake.scenarios.car_racing import CarRacing
+from ichain_drake.systems.car_racing.scenario import CarRacing
 from ichain_drake.timing import FRAME
 
 _STICK = (0.1, 0.02)  # a long bend at a steady speed

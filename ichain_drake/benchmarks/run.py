@@ -12,10 +12,10 @@ from ichain_drake.benchmarks.decisions import benchmark_decisions
 from ichain_drake.benchmarks.diagram import benchmark_diagram
 from ichain_drake.benchmarks.frozen_models import benchmark_frozen_models
 from ichain_drake.benchmarks.games import benchmark_games
-from ichain_drake.control.chain import METHODS, make_controller
-from ichain_drake.learning.chain import learn_chain
+from ichain_drake.control.tracking.chain import METHODS, make_controller
+from ichain_drake.learning.chain.chain import learn_chain
 from ichain_drake.scenarios.base import Progress
-from ichain_drake.scenarios.car_game import CarGame
+from ichain_drake.systems.car_game.scenario import CarGame
 
 
 @dataclass(frozen=True)

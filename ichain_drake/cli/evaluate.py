@@ -10,8 +10,7 @@ import pandas as pd
 from rich.table import Table
 
 from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
-from ichain_drake.scenarios import PathScenario
-from ichain_drake.scenarios.path_evaluation import (
+from ichain_drake.runs.paths.evaluation import (
     CURVE,
     FIRST_LINK,
     FULL,
@@ -19,6 +18,7 @@ from ichain_drake.scenarios.path_evaluation import (
     check_evaluation,
     evaluate_paths,
 )
+from ichain_drake.systems import PathScenario
 
 
 def evaluate_path_scenario(

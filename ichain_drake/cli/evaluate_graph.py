@@ -11,9 +11,9 @@ from rich.table import Table
 
 from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
 from ichain_drake.errors import InputError
+from ichain_drake.runs.goals.evaluation import NUMBER, check_graph_evaluation, evaluate_goals
+from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.scenarios.goal_scenario import GoalScenario
-from ichain_drake.scenarios.graph_evaluation import NUMBER, check_graph_evaluation, evaluate_goals
-from ichain_drake.scenarios.graph_run import own_goal
 
 
 def evaluate_goal_scenario(

@@ -12,11 +12,11 @@ from rich.table import Table
 
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.run import deliver_report
-from ichain_drake.scenarios import Scenario
+from ichain_drake.runs.paths.evaluation import EvaluationInterrupted
+from ichain_drake.runs.paths.output import prepare_file, prepare_folder
+from ichain_drake.runs.provenance import versions
 from ichain_drake.scenarios.goal_scenario import GoalScenario
-from ichain_drake.scenarios.path_evaluation import EvaluationInterrupted
-from ichain_drake.scenarios.path_output import prepare_file, prepare_folder
-from ichain_drake.scenarios.provenance import versions
+from ichain_drake.systems import Scenario
 
 
 @dataclass(frozen=True)

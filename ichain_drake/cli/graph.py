@@ -11,21 +11,21 @@ from typing import Any
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
 from ichain_drake.cli.run import RunFiles
-from ichain_drake.control.graph.format import format_plan
-from ichain_drake.control.graph.plan import Plan
+from ichain_drake.control.planning.format import format_plan
+from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.interaction import read_pieces
+from ichain_drake.learning import read_pieces
 from ichain_drake.learning.library import LibraryParts
-from ichain_drake.scenarios.graph_episode import look
-from ichain_drake.scenarios.graph_library import load_what_fits, save_knowledge
-from ichain_drake.scenarios.graph_output import write_graph_pictures, write_graph_recording
-from ichain_drake.scenarios.graph_plan import make_plan
-from ichain_drake.scenarios.graph_run import GraphRun, own_goal, run_graph
-from ichain_drake.scenarios.graph_settings import graph_spec
-from ichain_drake.scenarios.knowledge import Knowledge, learn_graph, learn_rest
-from ichain_drake.scenarios.path_output import prepare_folder, write_report
+from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph, learn_rest
+from ichain_drake.runs.goals.library import load_what_fits, save_knowledge
+from ichain_drake.runs.goals.output import write_graph_pictures, write_graph_recording
+from ichain_drake.runs.goals.plan import make_plan
+from ichain_drake.runs.goals.run import GraphRun, own_goal, run_graph
+from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.paths.output import prepare_folder, write_report
+from ichain_drake.simulation.goal_episode import look
 
 
 def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:

@@ -38,6 +38,6 @@ def scenario_named(name: str, settings: Sequence[str], physics: str, seed: int) 
     Raises:
         InputError: on an unknown name or a bad setting.
     """
-    from ichain_drake.scenarios import load_scenario
+    from ichain_drake.systems import load_scenario
 
     return load_scenario(name, settings, physics, seed)  # type: ignore[arg-type]

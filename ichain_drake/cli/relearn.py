@@ -12,13 +12,13 @@ from rich.table import Table
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.run import deliver_report
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios import PathScenario
+from ichain_drake.runs.goals.relearn import relearn_interaction, summarise_relearned
+from ichain_drake.runs.goals.run import own_goal
+from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.paths.relearn import relearn_link, summarise_ways
+from ichain_drake.runs.paths.run import check_settings
 from ichain_drake.scenarios.goal_scenario import GoalScenario
-from ichain_drake.scenarios.graph_relearn import relearn_interaction, summarise_relearned
-from ichain_drake.scenarios.graph_run import own_goal
-from ichain_drake.scenarios.graph_settings import graph_spec
-from ichain_drake.scenarios.path_relearn import relearn_link, summarise_ways
-from ichain_drake.scenarios.path_run import check_settings
+from ichain_drake.systems import PathScenario
 
 
 def relearn_and_compare(

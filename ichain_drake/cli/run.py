@@ -16,18 +16,18 @@ from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import write_drawing
-from ichain_drake.scenarios import PathScenario, Scenario, build_world
-from ichain_drake.scenarios.path_choice import choose_paths
-from ichain_drake.scenarios.path_output import (
+from ichain_drake.runs.paths.choice import choose_paths
+from ichain_drake.runs.paths.output import (
     prepare_file,
     prepare_folder,
     write_pictures,
     write_recording,
     write_report,
 )
-from ichain_drake.scenarios.path_result import PathRun
-from ichain_drake.scenarios.path_run import check_settings, recorded_seconds, run_paths
-from ichain_drake.scenarios.provenance import data_hash
+from ichain_drake.runs.paths.result import PathRun
+from ichain_drake.runs.paths.run import check_settings, recorded_seconds, run_paths
+from ichain_drake.runs.provenance import data_hash
+from ichain_drake.systems import PathScenario, Scenario, build_world
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def learn_library(scenario: PathScenario, demos: Path, library: Path) -> None:
         InputError: on bad demonstrations, or a library that can't be written.
     """
     from ichain_drake.demonstrations import read_demonstrations
-    from ichain_drake.learning.chain import learn_chain
+    from ichain_drake.learning.chain.chain import learn_chain
     from ichain_drake.learning.library import save_chain
 
     check_settings(scenario)

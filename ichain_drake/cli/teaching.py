@@ -31,9 +31,9 @@ def teach(
 ) -> None:
     """Record demonstrations: the scripted ones, or a person's (--browser)."""
     from ichain_drake.cli.console import Reporter
-    from ichain_drake.scenarios import PathScenario, graph_run, path_result, path_run
-    from ichain_drake.scenarios.graph_settings import graph_spec
-    from ichain_drake.scenarios.path_output import prepare_folder
+    from ichain_drake.runs.goals.settings import graph_spec
+    from ichain_drake.runs.paths.output import prepare_folder
+    from ichain_drake.systems import PathScenario, graph_run, path_result, path_run
 
     if drive and not browser:
         raise InputError("--drive is for --browser: a script drives what it has to")
@@ -69,7 +69,7 @@ def learn(scenario: str, demos: Path, output: Path, settings: tuple[str, ...]) -
     """Learn a scenario's links, or its whole graph, from demonstrations and save them as a library."""
     from ichain_drake.cli.graph import learn_graph_library
     from ichain_drake.cli.run import learn_library
-    from ichain_drake.scenarios import PathScenario
+    from ichain_drake.systems import PathScenario
 
     loaded = scenario_named(scenario, settings, "ideal", 0)
     (learn_library if isinstance(loaded, PathScenario) else learn_graph_library)(loaded, demos, output)

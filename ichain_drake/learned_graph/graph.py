@@ -15,7 +15,7 @@ from ichain_drake.learned_graph.component import LearnedComponent
 from ichain_drake.learned_graph.object import LearnedObject
 from ichain_drake.learned_graph.root import GivenRoot
 from ichain_drake.learned_graph.transition import require_same_space
-from ichain_drake.learning.models import ForwardModel
+from ichain_drake.learning.chain.models import ForwardModel
 from ichain_drake.state import FloatArray
 
 

@@ -13,7 +13,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ichain_drake.learned_graph.autodiff import values_of
 from ichain_drake.learned_graph.transition import ObjectTransition
-from ichain_drake.learning.models import ForwardModel
+from ichain_drake.learning.chain.models import ForwardModel
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import TICK
 

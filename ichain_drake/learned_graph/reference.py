@@ -9,7 +9,7 @@ import numpy as np
 
 from ichain_drake.errors import ActiveCycleError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.models import ForwardModel
+from ichain_drake.learning.chain.models import ForwardModel
 from ichain_drake.state import FloatArray, StateSpace
 
 

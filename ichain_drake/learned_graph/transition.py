@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ichain_drake.errors import InputError
 from ichain_drake.learned_graph.autodiff import chain_rule, values_of
 from ichain_drake.learned_graph.reference import combine
-from ichain_drake.learning.models import ForwardModel
+from ichain_drake.learning.chain.models import ForwardModel
 from ichain_drake.state import FloatArray, StateSpace
 
 

@@ -1,1 +1,32 @@
-"""Learning from demonstrations: links of a chain here, whole graphs in `interaction`; no Drake systems."""
+"""Learning an interaction graph from unordered demonstration pieces with active flags (paper sec. V, VI)."""
+
+from ichain_drake.learning.checks import read_pieces
+from ichain_drake.learning.inverse import Inverse, invert, wanted_change
+from ichain_drake.learning.known import KnownObject, KnownParts
+from ichain_drake.learning.learn import contradicted, learn_interactions
+from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.report import report
+from ichain_drake.learning.spec import InteractionSpec
+from ichain_drake.learning.status.events import EdgeExamples, Switching, SwitchingWindow
+from ichain_drake.learning.status.scores import event_f1, f1
+from ichain_drake.learning.tick import LearnedInteraction
+
+__all__ = [
+    "EdgeExamples",
+    "InteractionModel",
+    "InteractionSpec",
+    "Inverse",
+    "KnownObject",
+    "KnownParts",
+    "LearnedInteraction",
+    "Switching",
+    "SwitchingWindow",
+    "contradicted",
+    "event_f1",
+    "f1",
+    "invert",
+    "learn_interactions",
+    "read_pieces",
+    "report",
+    "wanted_change",
+]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.objects.camera import CameraFrame
-from ichain_drake.objects.cup_settings import CupFaults
+from ichain_drake.objects.vessels.cup_settings import CupFaults
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME
 

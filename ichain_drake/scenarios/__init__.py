@@ -1,76 +1,7 @@
-"""Scenarios: typed YAML and Python, by name."""
+"""What a system is made from: base classes, configuration, scripts, drawings, faults; nothing here knows a system."""
 
-from __future__ import annotations
-
-import difflib
-from collections.abc import Sequence
-
-from ichain_drake.errors import InputError
-from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import PathScenario, Scenario
 from ichain_drake.scenarios.build import build_world
-from ichain_drake.scenarios.car_game import CarGame
-from ichain_drake.scenarios.car_racing import CarRacing
-from ichain_drake.scenarios.driving import Driving
 from ichain_drake.scenarios.graph_scenario import GraphScenario
-from ichain_drake.scenarios.hover_game import HoverGame
-from ichain_drake.scenarios.kettle import KettleScenario
-from ichain_drake.scenarios.microwave import Microwave
-from ichain_drake.scenarios.own_scenarios import is_own, own_scenario
-from ichain_drake.scenarios.ship import ShipVoyage
-from ichain_drake.scenarios.two_dispensers import TwoDispensers
-from ichain_drake.scenarios.water_dispenser import WaterDispenser
 
-# A new scenario: one file, its YAML under models/scenarios, and one line here.
-SCENARIOS: dict[str, type[Scenario]] = {
-    CarGame.name: CarGame,
-    CarRacing.name: CarRacing,
-    Driving.name: Driving,
-    HoverGame.name: HoverGame,
-    KettleScenario.name: KettleScenario,
-    Microwave.name: Microwave,
-    ShipVoyage.name: ShipVoyage,
-    TwoDispensers.name: TwoDispensers,
-    WaterDispenser.name: WaterDispenser,
-}
-
-
-def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> Scenario:
-    """A scenario by name.
-
-    Args:
-        name: see `ichain list`; or a scenario of the user's own, by file (`path/to/file.py`, `file.py:Class`) or module
-            (`package.module:Class`), which is imported: this runs its code.
-        overrides: settings such as `noise.scale=2`.
-        physics: `ideal`, `arm` or `contact`.
-        seed: seed of the run.
-
-    Raises:
-        InputError: on an unknown name, with close ones, on a file or module without a scenario, or bad settings.
-    """
-    if is_own(name):
-        return own_scenario(name)(overrides, physics, seed)
-    if name not in SCENARIOS:
-        close = difflib.get_close_matches(name, SCENARIOS, n=1)
-        hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(SCENARIOS)}"
-        raise InputError(f"there is no scenario {name!r}; {hint}")
-    return SCENARIOS[name](overrides, physics, seed)
-
-
-__all__ = [
-    "SCENARIOS",
-    "CarGame",
-    "CarRacing",
-    "Driving",
-    "GraphScenario",
-    "HoverGame",
-    "KettleScenario",
-    "Microwave",
-    "PathScenario",
-    "Scenario",
-    "ShipVoyage",
-    "TwoDispensers",
-    "WaterDispenser",
-    "build_world",
-    "load_scenario",
-]
+__all__ = ["GraphScenario", "PathScenario", "Scenario", "build_world"]

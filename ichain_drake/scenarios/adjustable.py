@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ichain_drake.scenarios.episode import Episode
+from ichain_drake.simulation.episode import Episode
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ichain_drake.scenarios.adjustable import Adjustable
-from ichain_drake.scenarios.episode import Episode
+from ichain_drake.simulation.episode import Episode
+from ichain_drake.simulation.goal_episode import GraphEpisode
 
 
 def least_wanted(obj: str, variable: str, lower: float, upper: float, value: float) -> Adjustable:
@@ -18,8 +19,6 @@ def least_wanted(obj: str, variable: str, lower: float, upper: float, value: flo
         lower, upper: its range, in the variable's unit.
         value: at the start.
     """
-    # Here, as running graphs needs scenarios, which have adjustables.
-    from ichain_drake.scenarios.graph_episode import GraphEpisode  # noqa: PLC0415
 
     def apply(episode: Episode, value: float) -> None:
         if not isinstance(episode, GraphEpisode):

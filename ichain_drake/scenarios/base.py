@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from pydrake.systems.framework import Diagram
 
-from ichain_drake.control.levels import PredictiveWeights
-from ichain_drake.control.path import PathLimits, TimedPath
+from ichain_drake.control.tracking.levels import PredictiveWeights
+from ichain_drake.control.tracking.path import PathLimits, TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
@@ -20,9 +20,9 @@ from ichain_drake.robot import Physics, models_path
 from ichain_drake.scenarios.adjustable import Adjustable, noise_scale, path_shift, push
 from ichain_drake.scenarios.command_chart import CommandChart
 from ichain_drake.scenarios.config import ScenarioConfig, as_plain, load_config
-from ichain_drake.scenarios.episode import Prepare
 from ichain_drake.scenarios.given import declared
 from ichain_drake.scenarios.seats import Seat, place_seat
+from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.visualization import Camera
 from ichain_drake.world.world import World

@@ -17,7 +17,7 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
 from ichain_drake.objects import WorldObject
 from ichain_drake.scenarios.appliance import Appliance
-from ichain_drake.scenarios.status_accuracy import Probes
+from ichain_drake.scenarios.probes import Probes
 from ichain_drake.state import FloatArray
 
 NEAR = 1.5

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from ichain_drake.control.path import TimedPath
+from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.errors import InputError
 from ichain_drake.robot import HAND
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import PathScenario, Scenario
-from ichain_drake.scenarios.episode import Prepare
 from ichain_drake.scenarios.graph_scenario import GraphScenario
+from ichain_drake.simulation.episode import Prepare
 from ichain_drake.world.world import World
 
 

@@ -10,11 +10,11 @@ from typing import Any, TypeVar
 import yaml
 from pydrake.common.yaml import yaml_load_typed
 
-from ichain_drake.control.chain import METHODS, ControlCandidates
-from ichain_drake.control.path import PathLimits
+from ichain_drake.control.tracking.chain import METHODS, ControlCandidates
+from ichain_drake.control.tracking.path import PathLimits
 from ichain_drake.errors import InputError
-from ichain_drake.learning.chain import LinkCandidates
-from ichain_drake.learning.link import EstimatorSpec
+from ichain_drake.learning.chain.chain import LinkCandidates
+from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.robot import RobotSpec
 
 

@@ -7,12 +7,12 @@ from typing import Any, Protocol, runtime_checkable
 
 from pydrake.systems.framework import Diagram
 
-from ichain_drake.control.graph.course import Motion
+from ichain_drake.control.execution.course import Motion
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.episode import Prepare
+from ichain_drake.simulation.episode import Prepare
 from ichain_drake.visualization import Camera
 from ichain_drake.world.world import World
 

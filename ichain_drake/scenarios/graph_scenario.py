@@ -11,23 +11,23 @@ from typing import Any, ClassVar, Generic
 import numpy as np
 from pydrake.systems.framework import Context, Diagram
 
-from ichain_drake.control.graph.course import Motion
+from ichain_drake.control.execution.course import Motion
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import WorldObject
 from ichain_drake.robot import BodySpec, Physics, RobotSpec, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import Progress, Scenario
-from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.config_checks import check_numbers
-from ichain_drake.scenarios.episode import Prepare
 from ichain_drake.scenarios.hand_commands import HandCommands
 from ichain_drake.scenarios.mishaps import Mishap, MishapConfig, draw_mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
-from ichain_drake.scenarios.recorder import record
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece, StartT
 from ichain_drake.scenarios.seats import Seat, hand_seat
+from ichain_drake.simulation.commands import Commands
+from ichain_drake.simulation.episode import Prepare
+from ichain_drake.simulation.recorder import record
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import HandDrawing
 from ichain_drake.world.world import World

@@ -17,7 +17,7 @@ from PIL import Image
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, Diagram, LeafSystem
 
-from ichain_drake.control.path import PathLimits, TimedPath
+from ichain_drake.control.tracking.path import PathLimits, TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import InteractionGraph, Origin
 from ichain_drake.objects import ObjectSettings, WorldObject
@@ -25,10 +25,10 @@ from ichain_drake.robot import BodySpec, Physics, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.robot.hand import FRAME as HAND_FRAME
 from ichain_drake.scenarios.base import PathScenario, Progress
-from ichain_drake.scenarios.episode import Prepare
 from ichain_drake.scenarios.held_control_config import HeldControlConfig
-from ichain_drake.scenarios.recorder import record
 from ichain_drake.scenarios.seats import PlaceSeat, Seat
+from ichain_drake.simulation.episode import Prepare
+from ichain_drake.simulation.recorder import record
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import TICK
 from ichain_drake.visualization import Axis, Drawing, GameScreen, HandDrawing

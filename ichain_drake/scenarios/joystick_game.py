@@ -13,12 +13,12 @@ from pydrake.math import RollPitchYaw
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects import Joystick, JoystickMount, ObjectSettings
-from ichain_drake.objects.joystick import FULL_TILT, JoystickDrawing, axes_from_tilt, tilt_from_axes
+from ichain_drake.objects.controls.joystick import FULL_TILT, JoystickDrawing, axes_from_tilt, tilt_from_axes
 from ichain_drake.robot import BodySpec, SphereSurface
-from ichain_drake.scenarios.car_game_demonstrations import Driver, DrivingStyle, Player
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.held_control import HAND, HeldControl
 from ichain_drake.scenarios.held_control_config import HeldControlConfig, check_above_zero, check_place
+from ichain_drake.scenarios.joystick_demonstrations import Driver, DrivingStyle, Player
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import Axis
 

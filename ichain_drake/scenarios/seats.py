@@ -11,7 +11,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios.episode import Prepare
+from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME
 from ichain_drake.visualization import Axis, Button, Camera

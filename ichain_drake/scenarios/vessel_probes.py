@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 
 from ichain_drake.objects import Button, Cup, Region, WorldObject
-from ichain_drake.objects.button import LEVELS
-from ichain_drake.objects.cup import POSITION_NOISE
+from ichain_drake.objects.parts.button import LEVELS
+from ichain_drake.objects.vessels.cup import POSITION_NOISE
 from ichain_drake.scenarios.border_probes import BorderProbes, Move, State, drawn
 from ichain_drake.state import FloatArray
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues
 
-from ichain_drake.scenarios.commands import Commands
 from ichain_drake.scenarios.scripted_driver import ScriptedDriver, Sight, WanderStyle, correlated
+from ichain_drake.simulation.commands import Commands
 from ichain_drake.state import FloatArray, StateSpace
 
 HandForWheel = Callable[[FloatArray], FloatArray]

@@ -13,7 +13,7 @@ from pydrake.common.schema import Transform
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects import ObjectSettings, Wheel, WheelMount
-from ichain_drake.objects.wheel import TRAVEL, WheelDrawing
+from ichain_drake.objects.controls.wheel import TRAVEL, WheelDrawing
 from ichain_drake.robot import BodySpec, RingPath
 from ichain_drake.scenarios.command_chart import CommandChart
 from ichain_drake.scenarios.config import ScenarioConfig

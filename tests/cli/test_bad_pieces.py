@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 
 from ichain_drake.demonstrations import write_demonstration
-from ichain_drake.scenarios.commands import Commands
-from ichain_drake.scenarios.recorder import record
-from ichain_drake.scenarios.water_dispenser import WaterDispenser
-from ichain_drake.scenarios.water_dispenser_demonstrations import script_pieces
+from ichain_drake.simulation.commands import Commands
+from ichain_drake.simulation.recorder import record
+from ichain_drake.systems.water_dispenser.demonstrations import script_pieces
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 SHOWN = ("pour_all", "dispense_long", "heat_levels")  # every edge becomes active in one of them
 Table = pd.DataFrame

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ichain_drake.cli.main import main
-from ichain_drake.scenarios import SCENARIOS, CarGame
+from ichain_drake.systems import SCENARIOS, CarGame
 
 ROW = {"method", "samples", "physics", "case", "seed", "success", "error", "paper_metric", "reason", "unit"}
 LINE = {

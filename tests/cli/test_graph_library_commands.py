@@ -11,14 +11,14 @@ from threadpoolctl import threadpool_limits
 
 import ichain_drake as ic
 from ichain_drake.demonstrations import write_demonstrations
-from ichain_drake.scenarios import SCENARIOS
-from ichain_drake.scenarios.graph_library import load_knowledge
+from ichain_drake.runs.goals.library import load_knowledge
+from ichain_drake.systems import SCENARIOS
 
 GOAL = ["0.55 <= lamp.light <= 0.65", "not hand->dimmer"]
 
 
 def _lamp() -> ModuleType:
-    file = Path(__file__).parents[1] / "scenarios" / "lamp.py"
+    file = Path(__file__).parents[1] / "helpers" / "lamp.py"
     spec = importlib.util.spec_from_file_location("lamp", file)
     assert spec is not None
     assert spec.loader is not None

@@ -9,7 +9,7 @@ import pytest
 
 
 def test_list_names_every_scenario(ichain):
-    from ichain_drake.scenarios import SCENARIOS
+    from ichain_drake.systems import SCENARIOS
 
     done = ichain("list")
     assert done.status == 0

@@ -202,7 +202,7 @@ def test_a_folder_in_place_of_the_report_is_refused_at_once(ichain, small, bend_
 LIMITED = """
 import resource, sys
 from ichain_drake.cli.main import main
-import ichain_drake.scenarios.path_run, ichain_drake.visualization  # imported before files may not grow
+import ichain_drake.runs.paths.run, ichain_drake.visualization  # imported before files may not grow
 import signal
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))

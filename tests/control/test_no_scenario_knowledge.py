@@ -11,7 +11,7 @@ import ichain_drake
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects import Car, Joystick
 from ichain_drake.robot import HAND
-from ichain_drake.scenarios.car_game import CarGame
+from ichain_drake.systems.car_game.scenario import CarGame
 
 ROOT = Path(ichain_drake.__file__).parent
 SOURCES = sorted(f for package in ("learning", "control", "learned_graph") for f in (ROOT / package).rglob("*.py"))

@@ -13,7 +13,7 @@ from small_models import HAND, LEVEL, chain, cycle, hand_path, learn, pull_step
 
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learned_graph import ActiveCycleError, LearnedGraph, LearnedGraphReference, build_learned_graph
-from ichain_drake.learning.models import ForwardModel
+from ichain_drake.learning.chain.models import ForwardModel
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
 

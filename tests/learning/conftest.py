@@ -1,18 +1,27 @@
-"""What several tests of libraries share."""
+"""What several tests learn from and save: a linked chain, and the small world's pieces."""
 
-import sys
 from pathlib import Path
 
 import pytest
+import small_world
+from linked_library import CHAIN, HASH
 
-sys.path.insert(0, str(Path(__file__).parent))  # import-mode importlib: linked_library lies beside the tests
-
-from linked_library import CHAIN, HASH  # noqa: E402
-
-from ichain_drake.learning.library import save_chain  # noqa: E402
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.learning import InteractionModel, learn_interactions
+from ichain_drake.learning.library import save_chain
 
 
 @pytest.fixture
 def library(tmp_path: Path) -> Path:
     save_chain(CHAIN, tmp_path / "library", "a test", HASH)
     return tmp_path / "library"
+
+
+@pytest.fixture(scope="session")
+def demonstrations() -> list[Demonstration]:
+    return small_world.pieces(0)
+
+
+@pytest.fixture(scope="session")
+def model(demonstrations: list[Demonstration]) -> InteractionModel:
+    return learn_interactions(demonstrations, small_world.GRAPH)

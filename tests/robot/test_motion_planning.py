@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from motion_scene import CUP, door, executed, longest_step, walls
+from other_arm import other_arm
 from pydrake.math import RigidTransform
-from test_arm import other_arm
 
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.robot import HandSpec, MotionPlanner, RobotSpec, hand_pose

@@ -5,10 +5,10 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from ichain_drake.control.path import TimedPath
+from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios import CarGame, Scenario, build_world, load_scenario
 from ichain_drake.scenarios.joystick_game import JoystickGameConfig
+from ichain_drake.systems import CarGame, Scenario, build_world, load_scenario
 
 
 def states(diagram: Diagram, context) -> list[np.ndarray]:

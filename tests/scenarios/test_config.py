@@ -6,11 +6,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from ichain_drake.control.path import PathLimits
+from ichain_drake.control.tracking.path import PathLimits
 from ichain_drake.errors import InputError
-from ichain_drake.learning.link import EstimatorSpec
+from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.robot import models_path
-from ichain_drake.scenarios.car_game import CarGame
 from ichain_drake.scenarios.config import (
     ControlConfig,
     LearningConfig,
@@ -21,6 +20,7 @@ from ichain_drake.scenarios.config import (
     load_config,
 )
 from ichain_drake.scenarios.joystick_game import JoystickGameConfig
+from ichain_drake.systems.car_game.scenario import CarGame
 
 CAR_GAME = models_path() / "scenarios" / "car_game.yaml"
 

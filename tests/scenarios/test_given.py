@@ -2,8 +2,8 @@
 
 import json
 
-from ichain_drake.scenarios.car_game import CarGame
-from ichain_drake.scenarios.water_dispenser import WaterDispenser
+from ichain_drake.systems.car_game.scenario import CarGame
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 
 def test_units_kinds_bounds_and_roles_are_given():

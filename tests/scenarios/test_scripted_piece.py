@@ -11,8 +11,8 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios.graph_scenario import GraphScenario
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
-from ichain_drake.scenarios.two_dispensers import TwoDispensers
-from ichain_drake.scenarios.water_dispenser import WaterDispenser
+from ichain_drake.systems.two_dispensers.scenario import TwoDispensers
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 
 def scripted(scenario: GraphScenario) -> dict[str, ScriptedPiece]:

@@ -10,14 +10,14 @@ import pandas as pd
 import pytest
 
 from ichain_drake.cli.main import main
-from ichain_drake.control.path import TimedPath
-from ichain_drake.control.turns import check_turns
+from ichain_drake.control.tracking.path import TimedPath
+from ichain_drake.control.tracking.turns import check_turns
 from ichain_drake.errors import InputError
-from ichain_drake.learning.chain import learn_chain
+from ichain_drake.learning.chain.chain import learn_chain
 from ichain_drake.robot.arm import ArmRobot
-from ichain_drake.scenarios import load_scenario
-from ichain_drake.scenarios.path_choice import choose_paths
+from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.scenarios.wheel_drive import WheelDrive
+from ichain_drake.systems import load_scenario
 
 
 def scenario(name: str, *settings: str, physics: str = "ideal", seed: int = 0) -> WheelDrive:

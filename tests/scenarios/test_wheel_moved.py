@@ -11,8 +11,8 @@ import pytest
 from ichain_drake.cli.main import main
 from ichain_drake.errors import InputError
 from ichain_drake.robot import RingPath
-from ichain_drake.scenarios import load_scenario
 from ichain_drake.scenarios.wheel_drive import WheelDrive
+from ichain_drake.systems import load_scenario
 
 ELSEWHERE = "wheel.center=[0.49, 0.04, 0.13]"
 

@@ -5,7 +5,6 @@ import gzip
 import re
 import shutil
 import struct
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +19,6 @@ from pydrake.systems.framework import DiagramBuilder
 from ichain_drake.graph import Interaction
 from ichain_drake.state import StateSpace, Variable
 from ichain_drake.visualization import Episode, GameScreen, Readout, Recording, Strip, linear_rgb, write_playback
-
-sys.path.insert(0, str(Path(__file__).parent))  # the helpers beside the tests, whatever import mode pytest runs in
 
 TWO_LINKS = """
 <robot name="two_link">

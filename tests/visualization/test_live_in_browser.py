@@ -43,7 +43,7 @@ def stopped(browser, tmp_path_factory):
 
 def _demonstrations(folder):
     from ichain_drake.demonstrations import write_demonstrations
-    from ichain_drake.scenarios import load_scenario
+    from ichain_drake.systems import load_scenario
 
     scenario = load_scenario("car_game", ["learning.samples=60"], "ideal", 0)
     write_demonstrations(list(scenario.record_demonstrations()), folder / "demonstrations")

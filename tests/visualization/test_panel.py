@@ -9,7 +9,7 @@ import pytest
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
-from ichain_drake.scenarios.water_dispenser import WaterDispenser
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 from ichain_drake.visualization import Episode, Recording, Strip, load_recording, save_recording, write_playback
 from ichain_drake.visualization.graph_layout import layout_graph
 

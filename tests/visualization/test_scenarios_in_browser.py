@@ -8,20 +8,20 @@ import pytest
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RotationMatrix
 
-from ichain_drake.control.graph.plan import Condition, Goal
-from ichain_drake.control.graph.tasks import Mode
-from ichain_drake.objects.dispenser_drawings import water_color
-from ichain_drake.scenarios import CarGame
-from ichain_drake.scenarios.commands import Commands
-from ichain_drake.scenarios.episode import Episode
-from ichain_drake.scenarios.graph_output import write_graph_recording
-from ichain_drake.scenarios.graph_run import GraphRun
-from ichain_drake.scenarios.path_choice import choose_paths
-from ichain_drake.scenarios.path_output import write_recording
-from ichain_drake.scenarios.path_result import PathResult, PathRun
-from ichain_drake.scenarios.water_dispenser import WaterDispenser
-from ichain_drake.scenarios.water_dispenser_layout import LAYOUT
-from ichain_drake.scenarios.water_dispenser_teleoperation import Teleoperation
+from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.plan import Condition, Goal
+from ichain_drake.objects.drawings.dispenser import water_color
+from ichain_drake.runs.goals.output import write_graph_recording
+from ichain_drake.runs.goals.run import GraphRun
+from ichain_drake.runs.paths.choice import choose_paths
+from ichain_drake.runs.paths.output import write_recording
+from ichain_drake.runs.paths.result import PathResult, PathRun
+from ichain_drake.simulation.commands import Commands
+from ichain_drake.simulation.episode import Episode
+from ichain_drake.systems import CarGame
+from ichain_drake.systems.water_dispenser.layout import LAYOUT
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
+from ichain_drake.systems.water_dispenser.teleoperation import Teleoperation
 
 QUIET = ("noise.scale=0",)
 PANEL = """

@@ -9,8 +9,8 @@ from teaching_person import GAMEPAD, Person, Program, until
 
 from ichain_drake.demonstrations import Demonstration, read_demonstrations
 from ichain_drake.demonstrations.transitions import collect_transitions
-from ichain_drake.learning.chain import learn_link
-from ichain_drake.scenarios import load_scenario
+from ichain_drake.learning.chain.chain import learn_link
+from ichain_drake.systems import load_scenario
 
 LESSON = 10.0  # [s] with each device
 

@@ -1,6 +1,6 @@
 """The interaction library: learned links and graphs on disk as a manifest and plain arrays, reused across scenarios."""
 
-from ichain_drake.learning.command import LearnedCommand
+from ichain_drake.learning.chain.command import LearnedCommand
 from ichain_drake.learning.library.browse import LinkSummary, check_library, list_library, show_link
 from ichain_drake.learning.library.browse_graphs import GraphSummary, list_graphs, show_graph
 from ichain_drake.learning.library.files import graph_name, is_graph_name, link_name

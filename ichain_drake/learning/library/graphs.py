@@ -10,7 +10,6 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.frozen.model import Array
-from ichain_drake.learning.interaction.model import InteractionModel
 from ichain_drake.learning.library.encoding import encode
 from ichain_drake.learning.library.files import MANIFEST, graph_name, item_folders, sha256, write_files
 from ichain_drake.learning.library.fit import check_graph
@@ -19,6 +18,7 @@ from ichain_drake.learning.library.parts import LibraryParts, load_parts
 from ichain_drake.learning.library.save import current_versions
 from ichain_drake.learning.library.saved_graph import GRAPH, WEIGHTS, Contents, KnownGraph, SavedGraph
 from ichain_drake.learning.library.weights import pack_arrays
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.timing import TICK
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.chain import LearnedLink
-from ichain_drake.learning.command import LearnedCommand
+from ichain_drake.learning.chain.chain import LearnedLink
+from ichain_drake.learning.chain.command import LearnedCommand
 from ichain_drake.learning.library.files import link_folders, link_name
 from ichain_drake.learning.library.saved import SavedLink
 from ichain_drake.state import StateSpace

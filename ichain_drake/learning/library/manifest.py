@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ichain_drake.errors import InputError
+from ichain_drake.learning.chain.models import ActionKind
 from ichain_drake.learning.features import FeatureKind
 from ichain_drake.learning.library.files import MANIFEST, is_weights_name, sha256
 from ichain_drake.learning.library.form import Keyed, Nullable, find_misfit, is_form, refusal
-from ichain_drake.learning.models import ActionKind
 from ichain_drake.state import Kind, Role, RoleKind, StateSpace, Variable
 
 FORMAT = 2

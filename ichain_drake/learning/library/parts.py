@@ -11,14 +11,14 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.interaction.events import SwitchingWindow
-from ichain_drake.learning.interaction.known import KnownObject, KnownParts, typical_row
-from ichain_drake.learning.interaction.model import InteractionModel
-from ichain_drake.learning.interaction.passive import PassiveDynamics
-from ichain_drake.learning.interaction.renaming import renamed, seen_by
+from ichain_drake.learning.known import KnownObject, KnownParts, typical_row
 from ichain_drake.learning.library.files import graph_name, is_graph_name, item_folders
 from ichain_drake.learning.library.fit import check_space, check_time
 from ichain_drake.learning.library.saved_graph import KnownGraph, SavedGraph
+from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.passive import PassiveDynamics
+from ichain_drake.learning.renaming import renamed, seen_by
+from ichain_drake.learning.status.events import SwitchingWindow
 
 Windows = Mapping[Interaction, tuple[SwitchingWindow, ...]]
 

@@ -10,8 +10,10 @@ import numpy as np
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, Origin
-from ichain_drake.learning.chain import LearnedLink
-from ichain_drake.learning.command import LearnedCommand
+from ichain_drake.learning.chain.chain import LearnedLink
+from ichain_drake.learning.chain.command import LearnedCommand
+from ichain_drake.learning.chain.link import EstimatorSpec, ForwardSpec, InverseSpec, Scored
+from ichain_drake.learning.chain.models import ForwardModel, InverseModel
 from ichain_drake.learning.features import planar_poses
 from ichain_drake.learning.frozen import FrozenModel
 from ichain_drake.learning.library.files import link_name
@@ -19,8 +21,6 @@ from ichain_drake.learning.library.fit import check_fit
 from ichain_drake.learning.library.manifest import LINK, ManifestForm, space_from
 from ichain_drake.learning.library.saved_item import SavedItem
 from ichain_drake.learning.library.weights import unpack
-from ichain_drake.learning.link import EstimatorSpec, ForwardSpec, InverseSpec, Scored
-from ichain_drake.learning.models import ForwardModel, InverseModel
 from ichain_drake.state import FloatArray, StateSpace
 
 

@@ -10,10 +10,6 @@ import numpy as np
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.interaction.events import Switching, SwitchingWindow
-from ichain_drake.learning.interaction.model import InteractionModel
-from ichain_drake.learning.interaction.passive import PassiveDynamics, PassiveVariable
-from ichain_drake.learning.interaction.tick import LearnedInteraction
 from ichain_drake.learning.library.encoding import Decoder
 from ichain_drake.learning.library.files import MANIFEST, graph_name, is_weights_name
 from ichain_drake.learning.library.fit import check_graph
@@ -21,6 +17,10 @@ from ichain_drake.learning.library.form import Free, Keyed
 from ichain_drake.learning.library.manifest import SHA256, SPACE, ManifestForm, space_from
 from ichain_drake.learning.library.saved_item import SavedItem
 from ichain_drake.learning.library.weights import unpack_arrays
+from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.passive import PassiveDynamics, PassiveVariable
+from ichain_drake.learning.status.events import Switching, SwitchingWindow
+from ichain_drake.learning.tick import LearnedInteraction
 from ichain_drake.state import FloatArray
 
 WEIGHTS = "model.npz"

@@ -1,0 +1,114 @@
+"""What the robot holds, and where it let go of what it held: what whoever lays out its ways has to know."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ichain_drake.control.execution.following import pose_of
+from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.plan import States
+from ichain_drake.graph import Interaction
+from ichain_drake.state import FloatArray
+
+_MOVED = 0.05  # of the demonstrated range
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Never changed: each event makes another.
+
+    Attributes:
+        held: object that goes along with the robot, if any.
+        origin: its measured state when it was taken, n_variables numbers; empty if nothing is held.
+        left: robot state in which each object that it held was let go of, shape (n_root,).
+        seen: what was measured of each of these afterwards, shape (n_variables,).
+        ticks: since it was taken.
+        follows: whether it was seen to go along when the robot moved clearly last.
+    """
+
+    held: str | None = None
+    left: Mapping[str, FloatArray] = field(default_factory=dict)
+    seen: Mapping[str, FloatArray] = field(default_factory=dict)
+    origin: tuple[float, ...] = ()
+    ticks: int = 0
+    follows: bool = False
+
+    @property
+    def following(self) -> str:
+        """What is held, if it was seen to go along; else empty."""
+        return self.held if self.held is not None and self.follows else ""
+
+    def taken(self, obj: str, state: FloatArray) -> Carried:
+        """From now on it goes along.
+
+        Args:
+            obj: the object.
+            state: what is measured of it, shape (n_variables,).
+        """
+        if self.held == obj:
+            return self
+        left, seen = ({n: v for n, v in part.items() if n != obj} for part in (self.left, self.seen))
+        return Carried(obj, left, seen, tuple(state.tolist()))
+
+    def watched(self, went_along: bool | None) -> Carried:
+        """A tick later.
+
+        Args:
+            went_along: whether what is held was seen to go along, as `goes_along` says it.
+        """
+        return replace(self, ticks=self.ticks + 1, follows=self.follows if went_along is None else went_along)
+
+    def let_go(self, root: FloatArray) -> Carried:
+        """What was held stays where the robot is, shape (n_root,)."""
+        assert self.held is not None
+        return Carried(None, {**self.left, self.held: np.array(root)}, self.seen)
+
+    def slipped(self) -> Carried:
+        """What was held is somewhere else."""
+        return Carried(None, self.left, self.seen)
+
+    def settled(self, obj: str, state: FloatArray) -> Carried:
+        """What is measured of it, shape (n_variables,), once it has been let go of."""
+        return replace(self, seen={**self.seen, obj: np.array(state)}) if obj in self.left else self
+
+    def standing(self, model: GraphModel, now: States) -> dict[str, FloatArray]:
+        """`left` of those objects that are still where the robot let go of them.
+
+        Args:
+            model: the learned graph.
+            now: measured states, shape (n_variables,) each.
+        """
+        return {n: v for n, v in self.left.items() if n not in self.seen or not _moved(model, n, self.seen[n], now[n])}
+
+    def stayed(self, model: GraphModel, now: States) -> bool:
+        """Whether what should go along with the robot is still where it was taken: it never went along.
+
+        Args:
+            model: the learned graph.
+            now: measured states, shape (n_variables,) each.
+        """
+        return self.held is not None and not _moved(model, self.held, np.array(self.origin), now[self.held])
+
+    def in_the_air(self, model: GraphModel, edge: Interaction, now: States) -> bool:
+        """Whether what is held is neither where it was taken nor where it was let go of in a demonstration.
+
+        Args:
+            model: the learned graph.
+            edge: from the robot to what is held.
+            now: measured states, shape (n_variables,) each.
+        """
+        obj = edge.child
+        if self.held != obj:
+            return False
+        places = model.edges[edge].examples.deactivations.after[obj]
+        return all(_moved(model, obj, was, now[obj]) for was in (np.array(self.origin), *places))
+
+
+def _moved(model: GraphModel, obj: str, was: FloatArray, now: FloatArray) -> bool:
+    space = model.graph.objects[obj].observable
+    off = np.abs(space.difference(now, was))
+    pose = sorted(pose_of(space))
+    return bool((off > np.maximum(_MOVED * span(model, obj), 5.0 * model.noise[obj]))[pose].any())

@@ -1,0 +1,138 @@
+"""Bringing an object that follows the robot somewhere, by the learned inverse model under feedback (`move_to`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ichain_drake.control.execution.course import Course
+from ichain_drake.control.execution.following import goes_along
+from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
+from ichain_drake.control.planning.plan import States
+from ichain_drake.control.planning.travel import jumping
+from ichain_drake.state import FloatArray
+
+_UNSHOWN = 0.05  # size of a motion that was not shown, as a share of that of others
+_PATIENCE = 3  # ticks
+_CORRECTED = 5  # ticks after which a carried object is looked at anew
+
+
+@dataclass(eq=False)
+class Carry(Task):
+    """Bring variables of an object that follows the robot to values, by the learned inverse model under feedback."""
+
+    target: Mapping[int, float] = field(default_factory=dict)
+    ticks: int = 0
+    still: int = 0
+    lost: int = 0
+    stays: int = 0
+    best: float = np.inf
+    since: int = 0
+    looked: bool = False
+    ahead: FloatArray | None = None
+    course: Course = field(default_factory=Course)
+
+    mode = Mode.CARRY
+
+    def act(self, view: View) -> Answer:
+        """See `Task`."""
+        assert self.edge is not None
+        model, child = view.model, self.edge.child
+        space = model.graph.objects[child].observable
+        index = np.array(sorted(self.target), dtype=np.intp)
+        goal = np.array([self.target[int(i)] for i in index])
+        limit = np.maximum(model.step_limit[child][index], 1e-9)
+        tolerance = np.maximum(3.0 * model.noise[child][index], 0.02 * limit)
+        self.ticks += 1
+        if view.monitors:
+            lost = self._lost(view)
+            if lost:
+                return Failed(self.edge, "lost", f"{self.edge.name} {lost}")
+        if self.still:  # near: look for some ticks before correcting
+            self.still -= 1
+            if self.still:
+                return view.command.copy()
+            now = view.averaged(3)
+        else:
+            now = view.averaged(1)
+        error = self._error(space, goal, now[child], index)
+        size = float(np.max(np.abs(error) / tolerance))
+        if size < self.best - 0.2:
+            self.best, self.since = size, self.ticks
+        averaged = self.still == 0 and self.looked
+        if size <= 1.0 and averaged:
+            return DONE
+        if self.ticks - self.since > 24:
+            if size <= 3.0 or not view.monitors:
+                return DONE
+            worst = int(index[np.argmax(np.abs(error) / tolerance)])
+            return Failed(
+                self.edge, "carry",
+                f"{self.edge.name}: {child}.{space.names[worst]} stayed {np.abs(error).max():.3g} "
+                f"{space.variables[worst].unit} off",
+            )  # fmt: skip
+        # The whole way is solved for, then gone in steps; what is seen on the way corrects it now and then.
+        if self.ahead is None or self.looked or self.ticks % _CORRECTED == 0:
+            wanted = np.full(len(space), np.nan)
+            wanted[index] = error
+            self.ahead = self._linearized(view, now, wanted)
+        command, near = view.travel(self.course, self.ahead, child)
+        self.looked = near
+        self.still = 3 if near else 0
+        return command
+
+    def _lost(self, view: View) -> str:
+        """What tells that the child no longer goes along, in words; empty if nothing does."""
+        assert self.edge is not None
+        self.lost = 0 if view.is_active(self.edge) else self.lost + 1
+        along = goes_along(view.model, self.edge, view.readings, self.ticks - 1)
+        self.stays = self.stays + 1 if along is False else 0
+        if self.lost > _PATIENCE and not view.holds(self.edge):
+            return f"became inactive while {self.edge.child} was carried"
+        if self.stays > _PATIENCE:
+            return f"was taken for active, but {self.edge.child} did not go along"
+        return ""
+
+    def _error(self, space: object, goal: FloatArray, state: FloatArray, index: np.ndarray) -> FloatArray:
+        full = np.array(state, dtype=float)
+        full[index] = goal
+        return space.difference(full, state)[index]  # type: ignore[attr-defined]
+
+    def _linearized(self, view: View, now: States, wanted: FloatArray) -> FloatArray:
+        """The least motion of the robot that makes a change, by the forward model's slope where it is.
+
+        Motions that were never shown while the interaction was active count for more than others: the model can't know
+        much about them, and the interaction may not last.
+        """
+        assert self.edge is not None
+        space = view.model.graph.objects[view.model.graph.root].observable
+        real = np.flatnonzero(~jumping(space))
+        asked = np.flatnonzero(np.isfinite(wanted))
+        shown = np.where(view.model.edges[self.edge].active_step > 0, 1.0, _UNSHOWN)
+        size = np.maximum(shown * view.model.step_limit[view.model.graph.root], 1e-9)[real]
+        probes = np.repeat(view.command[None], len(real) + 1, axis=0)
+        probes[np.arange(len(real)), real] += size
+        states = {n: np.repeat(np.asarray(v)[None], len(probes), axis=0) for n, v in now.items()}
+        effect = view.model.effect(self.edge, states, probes)[:, asked]
+        motion = np.linalg.lstsq((effect[:-1] - effect[-1]).T, wanted[asked], rcond=0.02)[0]
+        command = view.command.copy()
+        command[real] += motion * size
+        return command
+
+
+@dataclass(eq=False)
+class CarryPart(Carry):
+    """Carry some variables while the others stay as they are when it begins."""
+
+    every: tuple[int, ...] = ()
+
+    def act(self, view: View) -> FloatArray | Failed | str:
+        """See `Task`."""
+        assert self.edge is not None
+        if self.every:
+            now = view.averaged()[self.edge.child]
+            self.target = {i: self.target.get(i, float(now[i])) for i in self.every}
+            self.every = ()
+        return super().act(view)

@@ -1,0 +1,225 @@
+"""Driving a variable through a chain of interactions until it is where it should be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ichain_drake.control.execution.carrying import Carry
+from ichain_drake.control.execution.course import Course
+from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
+from ichain_drake.control.planning.model import GraphModel
+from ichain_drake.control.planning.plan import PlanStep
+from ichain_drake.control.planning.travel import jumping
+from ichain_drake.state import FloatArray
+
+_SPREAD_ROWS = 10
+_ALIKE = 0.03  # of the demonstrated range
+_FAST = 3.0  # noises in a tick
+
+
+@dataclass(eq=False)
+class Approach(Task):
+    """Bring what is carried to where it drives a variable; cut short where that is done on the way."""
+
+    carry: Task | None = None
+    drive: Drive | None = None
+
+    mode = Mode.CARRY
+
+    def act(self, view: View) -> Answer:
+        """See `Task`."""
+        assert self.carry is not None
+        assert self.drive is not None
+        if self.drive.finished or self.drive.over_on_the_way(view):
+            return DONE
+        return self.carry.act(view)
+
+
+@dataclass(eq=False)
+class Drive(Task):
+    """Hold the robot, and what it carries, while a chain of interactions drives a variable, until that is done."""
+
+    step: PlanStep | None = None
+    goal: FloatArray | None = None
+    history: list[FloatArray] = field(default_factory=list)
+    inactive: list[tuple[bool, ...]] = field(default_factory=list)
+    arrived: bool = False
+    pushed: bool = False
+    carrying: Carry | None = None
+    course: Course = field(default_factory=Course)
+    begun: FloatArray | None = None
+    finished: bool = False
+
+    mode = Mode.DRIVE
+
+    def act(self, view: View) -> Answer:  # noqa: PLR0911, PLR0912 - one return a phase
+        """See `Task`."""
+        step = self.step
+        assert step is not None
+        assert step.until is not None
+        if self.finished:
+            return DONE
+        if self.carrying is not None:
+            answer = self.carrying.act(view)
+            if not isinstance(answer, str):
+                return answer
+            self.carrying = None
+        if not self.arrived and self.goal is not None:
+            command, self.arrived = view.travel(self.course, self.goal)
+            return command
+        model, chain = view.model, step.chain
+        target, name, direction, value = step.until
+        space = model.graph.objects[target].observable
+        i = space.index(name)
+        self.history.append(view.readings[-1][target].copy())
+        now = view.averaged(2)
+        self.inactive.append(tuple(not view.holds(e) for e in chain))
+        if view.monitors:
+            recent = np.array(self.inactive[-5:])
+            if len(recent) == 5 and recent[:, 0].sum() >= 4:
+                return Failed(chain[0], "lost", f"{chain[0].name} became inactive while it drove {target}.{name}")
+            if len(self.inactive) in (6, 7) and (recent.mean(axis=0) >= 0.8).any():
+                edge = chain[int(np.argmax(recent.mean(axis=0)))]
+                if not self._moves(model, i, direction):
+                    if self._further(view):
+                        return view.command.copy()
+                    return Failed(edge, "chain", f"{edge.name} is not active, so that {target}.{name} is not driven")
+        if self._over(view, i, direction, value):
+            short = direction * (value - now[target][i])
+            width = model.high[target][i] - model.low[target][i]
+            if view.monitors and short > max(0.1 * width, 4.0 * model.noise[target][i]) and self._carry_further(view):
+                return view.command.copy()
+            return DONE
+        if len(self.history) > 2 * step.ticks + 40:
+            if not view.monitors:
+                return DONE
+            return Failed(chain[-1], "drive", f"{target}.{name} is at {now[target][i]:.3g}, not yet at {value:.3g}")
+        return view.command.copy()
+
+    def _further(self, view: View) -> bool:
+        """Where the first object does not follow as demonstrated, go to where it followed most; whether there is more.
+
+        It is looked for among the demonstrated states in which the second interaction was active: a button that needs
+        more force, say, is pressed as far as a person ever pressed it.
+        """
+        step, model = self.step, view.model
+        assert step is not None
+        if self.pushed or self.goal is None or len(step.chain) == 1:
+            return False
+        edge, samples = step.chain[0], model.edges[step.chain[1]].examples.active
+        on = model.decide(edge, samples) >= 0.0
+        driven = sorted({f.variable for f in model.edges[edge].effects})
+        if not on.any() or not driven:
+            return False
+        values = samples[edge.child][on][:, driven]
+        toward = np.sign(np.median(values, axis=0) - view.averaged()[edge.child][driven])
+        width = np.maximum(model.high[edge.child] - model.low[edge.child], 1e-9)[driven]
+        score = (toward * values / width).sum(axis=1)
+        space = model.graph.objects[edge.parent].observable
+        root = samples[edge.parent][on][score >= score.max() - 0.01]
+        most = self.goal + np.mean(space.difference(root, self.goal), axis=0)
+        self.goal = np.where(jumping(space), self.goal, most)
+        self.pushed, self.arrived, self.history, self.inactive = True, False, [], []
+        return True
+
+    def _carry_further(self, view: View) -> bool:
+        """Where a drive stops short, bring the carried object as far the same way as was demonstrated; once."""
+        step, model = self.step, view.model
+        assert step is not None
+        edge = step.chain[0]
+        space = model.graph.objects[edge.child].observable
+        names = [v for (o, v) in step.before if o == edge.child and (o, v) in step.wanted]
+        if self.pushed or not names or len(step.chain) == 1:
+            return False
+        index = [space.index(v) for v in names]
+        width = np.maximum(model.high[edge.child] - model.low[edge.child], 1e-9)[index]
+        wanted = np.array([step.wanted[edge.child, v] for v in names])
+        way = (wanted - np.array([step.before[edge.child, v] for v in names])) / width
+        length = float(np.linalg.norm(way))
+        samples = model.edges[step.chain[1]].examples.active
+        on = np.all([model.decide(e, samples) >= 0.0 for e in step.chain], axis=0)
+        if length < _ALIKE or not on.any():
+            return False
+        poses = samples[edge.child][on][:, index]
+        away = (poses - wanted) / width
+        ahead = away @ (way / length)
+        aside = np.linalg.norm(away - ahead[:, None] * (way / length), axis=1)
+        best = int(np.argmax(ahead - 0.5 * aside))
+        if ahead[best] < _ALIKE:
+            return False
+        target = dict(zip(index, (float(x) for x in poses[best]), strict=True))
+        self.carrying, self.pushed = Carry(edge, target=target), True
+        self.history, self.inactive = [], []
+        return True
+
+    def _moves(self, model: GraphModel, i: int, direction: int) -> bool:
+        assert self.step is not None
+        noise = model.noise[self.step.chain[-1].child][i]
+        values = np.array(self.history)[:, i]
+        half = len(values) // 2
+        return bool(direction * (values[half:].mean() - values[:half].mean()) > 2.0 * noise)
+
+    def _over(self, view: View, i: int, direction: int, value: float) -> bool:
+        """All variables that the drive should change are where they should be, or have stopped changing."""
+        step, model = self.step, view.model
+        assert step is not None
+        target = step.chain[-1].child
+        noise = model.noise[target]
+        seen = np.array(self.history)
+        start, now = seen[:2].mean(axis=0), seen[-3:].mean(axis=0)
+        if len(seen) < 4:
+            return False
+        beyond = direction * (now[i] - value)
+        if beyond > max(3.0 * noise[i], 0.03 * abs(value - start[i])):
+            return True  # whatever the others do
+        missing = self._missing(model, start, now)
+        return all(self._stalled(seen[:, k], float(noise[k]), sign, change) for k, sign, change in missing)
+
+    def _missing(self, model: GraphModel, start: FloatArray, now: FloatArray) -> list[tuple[int, float, float]]:
+        """Variables that are not yet where the drive should bring them: index, direction, and the whole way."""
+        assert self.step is not None
+        assert self.step.until is not None
+        target, name, direction, value = self.step.until
+        i = model.graph.objects[target].observable.index(name)
+        noise, width = model.noise[target], model.high[target] - model.low[target]
+        wanted = self.step.predicted[target].copy()
+        wanted[i] = value
+        kinds = model.passive[target].variables
+        out = []
+        for k in range(len(wanted)):
+            change = float(wanted[k] - start[k])
+            if k != i and (kinds[k].kind != "hold" or abs(change) < max(5 * noise[k], 0.05 * width[k])):
+                continue
+            sign = float(direction if k == i else np.sign(change))
+            slack = max(1.2 * noise[k], 0.005 * width[k]) if k == i else 0.1 * abs(change)
+            if sign * (now[k] - wanted[k]) < -slack:
+                out.append((k, sign, abs(change)))
+        return out
+
+    def over_on_the_way(self, view: View) -> bool:
+        """Whether all is where it should be before what is carried has been brought to where it drives: a fast pour."""
+        assert self.step is not None
+        assert self.step.until is not None
+        target = self.step.until[0]
+        if self.begun is None:
+            self.begun = view.averaged()[target]
+        # What flows fast goes on while it is stopped: a tick ahead, where the change is more than noise.
+        space, last = view.model.graph.objects[target].observable, view.readings[-1][target]
+        rate = space.difference(last, view.readings[-2][target]) if len(view.readings) > 1 else np.zeros(len(space))
+        fast = np.abs(rate) > _FAST * view.model.noise[target]
+        ahead = np.where(fast, last + rate, view.averaged(2)[target])
+        self.finished = not self._missing(view.model, self.begun, ahead)
+        return self.finished
+
+    def _stalled(self, values: FloatArray, noise: float, sign: float, change: float) -> bool:
+        """Whether a variable has stopped: compared over windows as long as its noise asks for."""
+        assert self.step is not None
+        if len(values) >= _SPREAD_ROWS:  # a noisier sensor than in the demonstrations needs longer windows
+            noise = max(noise, float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6.0)))
+        rate = max(change / max(self.step.ticks, 1), 1e-9)
+        w = int(np.clip(np.ceil((6.0 * noise / rate) ** (2.0 / 3.0)), 6, 40))
+        if len(values) < 2 * w + 2:
+            return False
+        return bool(sign * (values[-w:].mean() - values[-2 * w : -w].mean()) < 0.3 * rate * w)

@@ -1,0 +1,258 @@
+"""Executing a plan over an interaction graph (paper appendix B): a state machine that decides once a tick.
+
+For each step of the plan: deactivate the running interaction, activate the next, then move objects and drive variables
+with the learned models under feedback. Monitors compare what is observed with what was predicted; where they differ, it
+plans anew from what is observed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+
+import numpy as np
+
+from ichain_drake.control.execution.carried import Carried
+from ichain_drake.control.execution.carrying import Carry
+from ichain_drake.control.execution.course import Motion
+from ichain_drake.control.execution.driving import Approach
+from ichain_drake.control.execution.following import goes_along, strays
+from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
+from ichain_drake.control.execution.memory import ExecutorSettings, Memory
+from ichain_drake.control.execution.monitoring import deviation, gone, unmet
+from ichain_drake.control.execution.switching import Switch
+from ichain_drake.control.execution.taking_back import TakeBack
+from ichain_drake.control.execution.tasks import LOOK_TICKS, Answer, Failed, Look, Mode, Task, View
+from ichain_drake.control.planning.model import GraphModel
+from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
+from ichain_drake.control.planning.skills import Skills
+from ichain_drake.control.planning.travel import resting_states
+from ichain_drake.errors import UnreachableError
+from ichain_drake.graph import Interaction
+from ichain_drake.state import FloatArray
+
+Planner = Callable[[States, Goal, Collection[Interaction]], Plan | NoPlan]
+"""Makes a plan from measured states; interactions of the last argument keep to their customary conditions."""
+
+_READINGS = 12
+_UNFORESEEN = ("activation", "chain", "reach")
+"""Causes of failure that a classifier should have foreseen: the interaction did not begin, or the way was blocked."""
+
+
+class Executor:
+    """Brings about a goal with a learned graph.
+
+    It holds no memory of its own: `decide` changes the `Memory` that it is given.
+
+    Args:
+        model: the learned graph.
+        skills: how the robot's interactions are switched.
+        planner: makes plans from measured states.
+        goal: what is wanted; or a function of the measured states at the start.
+        settings: see there.
+        motion: lays out the robot's ways; straight lines without.
+    """
+
+    def __init__(
+        self,
+        model: GraphModel,
+        skills: Skills,
+        planner: Planner,
+        goal: Goal,
+        settings: ExecutorSettings | None = None,
+        motion: Motion | None = None,
+    ) -> None:
+        self.model, self.skills, self.planner, self.goal = model, skills, planner, goal
+        self.settings = settings or ExecutorSettings()
+        self.motion = motion
+        self._vias = resting_states(model)
+        self._root = model.graph.root
+
+    def start(self, command: FloatArray) -> Memory:
+        """A fresh memory.
+
+        Args:
+            command: where the robot is, shape (n_root,).
+        """
+        return Memory(np.array(command, dtype=float), tasks=[Look(None, LOOK_TICKS)])
+
+    def decide(  # noqa: PLR0911 - one return an outcome
+        self, memory: Memory, measured: States, valid: Mapping[str, bool]
+    ) -> FloatArray:
+        """One tick.
+
+        Args:
+            memory: of this execution; changed.
+            measured: states, shape (n_variables,) each.
+            valid: whether each sensor is valid. If one is not, the last command is held.
+
+        Returns:
+            The robot's command, shape (n_root,).
+        """
+        if memory.stopped:
+            return memory.command
+        memory.tick += 1
+        if not all(valid.values()):
+            memory.mode = Mode.BLIND
+            return memory.command
+        reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
+        memory.readings = [*memory.readings[1 - _READINGS :], reading]
+        self._watch(memory)
+        if memory.tick > self.settings.ticks:
+            return self._stop(memory, "time", f"not done after {self.settings.ticks} control steps")
+        away = gone(self.model, reading)
+        if away:
+            return self._stop(memory, "gone", away)
+        for _ in range(100):  # tasks that need no time
+            if not memory.tasks:
+                self._next(memory)
+                if memory.stopped:
+                    return memory.command
+                continue
+            task = memory.tasks[0]
+            memory.mode = task.mode
+            answer = self._act(memory, task)
+            if isinstance(answer, Failed):
+                self._failed(memory, answer)
+                if memory.stopped:
+                    return memory.command
+            elif isinstance(answer, str):
+                memory.tasks.pop(0)
+            else:
+                space = self.model.graph.objects[self._root].observable
+                memory.command = space.clip(answer)
+                return memory.command
+        return self._stop(memory, "loop", "its tasks ended at once over and over again")
+
+    def _watch(self, memory: Memory) -> None:
+        """See whether what the robot holds goes along with it."""
+        carried = memory.carried
+        if carried.held is not None and self.settings.monitors:
+            edge = Interaction(self._root, carried.held)
+            seen = (self.model, edge, memory.readings, carried.ticks + 1)
+            memory.carried = carried.watched(False if strays(*seen) else goes_along(*seen))
+
+    def _view(self, memory: Memory) -> View:
+        view = View(
+            self.model, self.skills, self._vias, memory.readings, memory.command, self.settings.monitors,
+            self.settings.attempts, self.motion, memory.carried.left, memory.carried.following,
+        )  # fmt: skip
+        if view.left:
+            view.left = memory.carried.standing(self.model, view.averaged())
+        return view
+
+    def _act(self, memory: Memory, task: Task) -> Answer:
+        """One tick of a task; what the robot carries and where it let go of things is kept on the way."""
+        view, child = self._view(memory), task.edge.child if task.edge is not None else ""
+        if isinstance(task, Carry | Approach):
+            memory.carried = memory.carried.taken(child, view.averaged()[child])
+        try:
+            answer = task.act(view)
+        except UnreachableError as error:
+            if task.edge is None:
+                raise
+            return Failed(task.edge, "reach", f"{task.edge.name}: {error}")
+        memory.carried = self._kept(memory, task, child, done=isinstance(answer, str))
+        return answer
+
+    def _kept(self, memory: Memory, task: Task, child: str, *, done: bool) -> Carried:
+        """What the robot holds after a tick of a task."""
+        carried, seen = memory.carried, self._view(memory).averaged
+        if isinstance(task, Switch) and not task.activate:
+            if carried.held == child:
+                return carried.let_go(memory.command)
+            return carried.settled(child, seen()[child]) if done else carried
+        if isinstance(task, Switch) and done and task.onward is not None and task.taken is not None:
+            carried = carried.taken(child, task.taken)
+        if task.followed and carried.following != child:
+            carried = carried.taken(child, seen()[child]).watched(True)
+        return carried
+
+    # From step to step.
+
+    def _next(self, memory: Memory) -> None:
+        now = self._view(memory).averaged(LOOK_TICKS)
+        if memory.plan is None:
+            self._plan(memory, self._view(memory).averaged(_READINGS) if memory.looked_again else now)
+            return
+        if memory.step >= 0 and self.settings.monitors:
+            off = deviation(self.model, memory.plan.steps[memory.step], now)
+            if off:
+                self._replan(memory, "deviation", off)
+                return
+        memory.step += 1
+        if memory.step < len(memory.plan.steps):
+            step = memory.plan.steps[memory.step]
+            memory.tasks = step_tasks(self.model, step, now, memory.carried)
+            return
+        missing = unmet(self.model, self.goal, now)
+        if not missing or not self.settings.monitors:
+            memory.mode = Mode.REACHED
+            memory.reason = "goal reached" if not missing else "the plan was carried out; not watched whether it worked"
+            return
+        self._replan(memory, "goal unmet", missing)
+
+    def _plan(self, memory: Memory, now: States) -> None:
+        found = self.planner(now, self.goal, memory.cautious)
+        if isinstance(found, NoPlan):
+            if self.settings.monitors and not memory.looked_again:
+                # One reading less noisy may be all that is missing.
+                memory.looked_again, memory.tasks = True, [Look(None, _READINGS)]
+                return
+            self._stop(memory, "no plan", found.reason)
+            return
+        memory.looked_again = False
+        memory.plan, memory.step = found, -1
+        memory.plans.append(found)
+
+    def _replan(self, memory: Memory, cause: str, text: str) -> None:
+        memory.log.append((memory.tick, f"{cause}: {text}"))
+        if memory.replans >= self.settings.replans:
+            self._stop(memory, cause, f"{text}; given up after {memory.replans} new plans")
+            return
+        memory.replans += 1
+        memory.plan, memory.step = None, -1
+        memory.tasks = [Look(None, LOOK_TICKS)]
+
+    def _failed(self, memory: Memory, failure: Failed) -> None:
+        """Put down what can't be brought where it should go, let go of what is not carried, and plan anew."""
+        step = memory.plan.steps[memory.step] if memory.plan is not None and memory.step >= 0 else None
+        view = self._view(memory)
+        unforeseen, origin = failure.cause in _UNFORESEEN, memory.carried.origin
+        if failure.cause == "lost":
+            unforeseen = memory.carried.stayed(self.model, view.averaged())
+            memory.carried = memory.carried.slipped()
+        self._replan(memory, failure.cause, failure.text)
+        if memory.stopped:
+            return
+        if unforeseen:
+            self._beware(memory, failure.edge)
+        if step is None:
+            return
+        edge = step.chain[0]
+        carries = bool(step.after or step.before or step.until is None)
+        back: list[Task] = []
+        if carries and failure.cause != "lost" and view.holds(edge):
+            if failure.cause == "reach":  # what is held over nothing would fall
+                back = way_back(self.model, step, dict(enumerate(origin)))
+            elif failure.cause != "carry" and step.before:
+                back = carry_tasks(self.model, edge, indices(self.model, step.before, edge), place_first=False)
+        elif failure.cause != "deactivation":
+            back = [Switch(edge, activate=False, forced=True)]
+            if failure.cause == "lost" and origin:  # it may only be caught on something
+                back.insert(0, TakeBack(edge, steps=way_back(self.model, step, dict(enumerate(origin)))[:-1]))
+        memory.tasks = [*back, *memory.tasks]
+
+    def _beware(self, memory: Memory, edge: Interaction) -> None:
+        """From now on plan for an interaction only what is like what was shown of it, if that says any more."""
+        conditions = self.model.customary(edge)
+        if conditions and edge not in memory.cautious:
+            memory.cautious = (*memory.cautious, edge)
+            memory.log.append((memory.tick, f"cautious: {edge.name} only as it was shown, by {', '.join(conditions)}"))
+
+    def _stop(self, memory: Memory, cause: str, reason: str) -> FloatArray:
+        memory.mode, memory.cause, memory.reason = Mode.STOPPED, cause, reason
+        memory.tasks = []
+        return memory.command
+
+
+__all__ = ["Executor", "ExecutorSettings", "Memory", "Mode"]

@@ -1,0 +1,77 @@
+"""What an execution remembers from tick to tick, and its settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ichain_drake.control.execution.carried import Carried
+from ichain_drake.control.execution.tasks import Mode, Task
+from ichain_drake.control.planning.plan import Plan
+from ichain_drake.graph import Interaction
+from ichain_drake.state import FloatArray
+
+
+@dataclass(frozen=True)
+class ExecutorSettings:
+    """How an execution goes.
+
+    Attributes:
+        monitors: whether observations are compared with predictions; without, every step is done once.
+        replans: at most.
+        attempts: at a switching.
+        ticks: of an execution at most.
+    """
+
+    monitors: bool = True
+    replans: int = 5
+    attempts: int = 4
+    ticks: int = 3000
+
+
+@dataclass
+class Memory:
+    """Everything that an execution remembers from tick to tick.
+
+    Attributes:
+        command: last command, shape (n_root,).
+        tick: decisions so far.
+        readings: valid measurements of the last ticks.
+        tasks: what is to do, in order.
+        plan: the running plan.
+        step: index of its running step; -1 before the first.
+        plans: every plan so far.
+        replans: plans that were made anew.
+        mode: see `Mode`.
+        reason: why it stopped; empty while it runs.
+        cause: of the failure in a word; empty if there is none.
+        looked_again: whether it looks longer since no plan was found.
+        log: (tick, text) of everything that did not go as planned.
+        carried: what the robot holds, and where it let go of what it held.
+        cautious: interactions that failed where their classifier saw no reason; new plans keep to what was shown.
+    """
+
+    command: FloatArray
+    tick: int = 0
+    readings: list[dict[str, FloatArray]] = field(default_factory=list)
+    tasks: list[Task] = field(default_factory=list)
+    plan: Plan | None = None
+    step: int = -1
+    plans: list[Plan] = field(default_factory=list)
+    replans: int = 0
+    mode: Mode = Mode.LOOK
+    reason: str = ""
+    cause: str = ""
+    looked_again: bool = False
+    log: list[tuple[int, str]] = field(default_factory=list)
+    carried: Carried = field(default_factory=Carried)
+    cautious: tuple[Interaction, ...] = ()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether it has ended, one way or the other."""
+        return self.mode in (Mode.REACHED, Mode.STOPPED)
+
+    @property
+    def edge(self) -> Interaction | None:
+        """The interaction that the running task is about."""
+        return self.tasks[0].edge if self.tasks else None

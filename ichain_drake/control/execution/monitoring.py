@@ -1,0 +1,76 @@
+"""What an execution compares: readings with what can be brought back, with the goal, and with what was predicted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ichain_drake.control.planning.goals import gap, inside, value_of, words
+from ichain_drake.control.planning.model import GraphModel
+from ichain_drake.control.planning.plan import Goal, PlanStep, States
+
+_SURE = 1.0  # noises of a reading: two standard deviations of a mean of four
+_GONE, _NARROW = 5.0, 0.05  # demonstrated ranges away, each at least so wide [m]
+_PLACE, _VALUE = 0.05, 0.12  # of the demonstrated range: larger deviations from the prediction are noticed
+
+
+def gone(model: GraphModel, reading: States) -> str:
+    """Which object is where nothing brings it back from (it fell, say), in words; empty if there is none.
+
+    Args:
+        model: the learned graph.
+        reading: measured states, shape (n_variables,) each.
+    """
+    for name in model.passive:
+        low, high = model.low[name], model.high[name]
+        for i, v in enumerate(model.graph.objects[name].observable.variables):
+            away = max(low[i] - reading[name][i], reading[name][i] - high[i])
+            if v.role is not None and v.role.kind == "position" and away > _GONE * max(high[i] - low[i], _NARROW):
+                return f"{name} is gone: its {v.name} is {reading[name][i]:.4g} {v.unit}; start again"
+    return ""
+
+
+def unmet(model: GraphModel, goal: Goal, states: States) -> str:
+    """Which condition of a goal does not hold, or not surely, in words; empty if all hold.
+
+    Args:
+        model: the learned graph.
+        goal: what is wanted.
+        states: measured, means of four readings, shape (n_variables,) each.
+    """
+    for c in goal.conditions:
+        value = float(value_of(c, states, model.graph))
+        if gap(c, value) > 0:
+            return f"{words(c, model.graph)} does not hold: it is {value:.4g}"
+        if gap(inside(c, model, _SURE), value) > 0:
+            return f"{words(c, model.graph)} holds by less than readings can tell: it is {value:.4g}"
+    for e in goal.inactive:
+        if float(model.decide(e, states)) >= 0:
+            return f"{e.name} is still active"
+    return ""
+
+
+def deviation(model: GraphModel, step: PlanStep, now: States) -> str:
+    """What is not as predicted at a step's end, in words; empty if all is.
+
+    Args:
+        model: the learned graph.
+        step: that has been done.
+        now: measured states, shape (n_variables,) each.
+    """
+    for name, dynamics in model.passive.items():
+        space = model.graph.objects[name].observable
+        if name not in step.predicted:
+            continue
+        off = np.abs(space.difference(now[name], step.predicted[name]))
+        width = model.high[name] - model.low[name]
+        for i, v in enumerate(space.variables):
+            if dynamics.variables[i].kind != "hold" or v.kind in ("binary", "integer"):
+                continue
+            pose = v.role is not None and v.role.kind in ("position", "orientation")
+            allowed = max((_PLACE if pose else _VALUE) * width[i], 4.0 * model.noise[name][i])
+            if off[i] > allowed:
+                return (
+                    f"{name}.{v.name} is {now[name][i]:.3g} where {step.predicted[name][i]:.3g} was predicted "
+                    f"after {step.chain[-1].name}"
+                )
+    return ""

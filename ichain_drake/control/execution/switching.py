@@ -1,0 +1,153 @@
+"""Switching an interaction of the robot by a skill, and what tells that it worked."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ichain_drake.control.execution.course import Course
+from ichain_drake.control.execution.following import goes_along
+from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
+from ichain_drake.control.planning.travel import corners, jumping
+from ichain_drake.errors import UnreachableError
+from ichain_drake.state import FloatArray
+
+_TRIED = 4  # ticks of going on with the plan, to see whether something goes along
+
+
+@dataclass(eq=False)
+class Switch(Task):
+    """Activate or deactivate an interaction of the robot by a skill; retried with other events.
+
+    Before the robot lets go to try again, it goes on with the plan for some ticks: what then goes along with it was
+    taken, whatever the classifier says of it.
+    """
+
+    activate: bool = True
+    attempt: int = 0
+    path: list[FloatArray] | None = None
+    wait: int = 0
+    retreating: bool = False
+    forced: bool = False
+    far: int = 0  # states of the path before the demonstrated ones
+    course: Course = field(default_factory=Course)
+    onward: Task | None = None  # what the plan goes on with, where the child goes along
+    trial: Task | None = None
+    tried: int = 0  # ticks of it
+    since: int = -1  # ticks since what jumps has jumped
+    taken: FloatArray | None = None  # the child's state then
+
+    @property
+    def mode(self) -> Mode:  # type: ignore[override]
+        """See `Mode`."""
+        return Mode.ACTIVATE if self.activate and not self.retreating else Mode.DEACTIVATE
+
+    def act(self, view: View) -> Answer:  # noqa: PLR0911 - one return a phase
+        """See `Task`."""
+        assert self.edge is not None
+        if self.path is None:
+            if not self.forced and view.holds(self.edge) == self.activate:
+                return DONE
+            self.path = self._lay(view, self.activate)
+        self._count(view)
+        if self.path:
+            self.wait = 2
+            if self._taken(view):
+                return DONE
+            return self._go(view)
+        if self.wait:
+            self.wait -= 1
+            if not (self.wait == 0 and not self.retreating):
+                return view.command.copy()
+        if self.retreating:
+            self.retreating, self.path = False, self._lay(view, self.activate)
+            return view.command.copy()
+        if view.is_active(self.edge) == self.activate or (self.forced and not view.monitors):
+            return DONE
+        answer = self._try(view)
+        if answer is not None:
+            return answer
+        self.attempt += 1
+        if self.attempt >= (view.attempts if view.monitors else 1):
+            if not view.monitors:
+                return DONE
+            what = "active" if self.activate else "inactive"
+            value = view.decision(self.edge)
+            return Failed(
+                self.edge,
+                "activation" if self.activate else "deactivation",
+                f"{self.edge.name} did not become {what} in {self.attempt} attempts; decision value {value:.2f}",
+            )
+        self.retreating = self.activate
+        self.path = self._lay(view, False) if self.activate else self._lay(view, self.activate)
+        return view.command.copy()
+
+    def _count(self, view: View) -> None:
+        """Count the ticks in which the child may go along, and remember where it was then."""
+        assert self.edge is not None
+        self.since = self.since + 1 if self._switched(view) else -1
+        if self.since == 0:
+            self.taken = view.readings[-1][self.edge.child]
+
+    def _try(self, view: View) -> FloatArray | str | None:
+        """Go on with the plan for some ticks, to see whether the child goes along; None if it was not seen to."""
+        assert self.edge is not None
+        if not self.activate or not view.monitors or self.onward is None:
+            return None
+        if self.trial is None:
+            self.trial, self.tried = copy.deepcopy(self.onward), 0
+        along = goes_along(view.model, self.edge, view.readings, self.since)
+        self.followed = along is True
+        if self.followed:
+            return DONE
+        if along is None and self.tried < _TRIED:
+            self.tried += 1
+            try:
+                answer = self.trial.act(view)
+            except UnreachableError:
+                answer = DONE
+            if isinstance(answer, np.ndarray):
+                return answer
+        self.trial = None
+        return None
+
+    def _taken(self, view: View) -> bool:
+        """What is taken goes along from here on: its ways are laid out with it, not as it was once demonstrated."""
+        if view.motion is None or not self.path:
+            return False
+        return self._switched(view) and view.is_active(self.edge)  # type: ignore[arg-type]
+
+    def _switched(self, view: View) -> bool:
+        """Whether an activation has done what can't be done gradually (it closed the hand, say)."""
+        if not self.activate or self.retreating or self.far or self.path is None:
+            return False
+        jumps = jumping(view.model.graph.objects[view.model.graph.root].observable)
+        return all((row[jumps] == view.command[jumps]).all() for row in self.path)
+
+    def _go(self, view: View) -> FloatArray:
+        assert self.path
+        try:  # what was demonstrated is gone as it was
+            command, there = view.travel(self.course, self.path[0]) if self.far else view.towards(self.path[0])
+        except UnreachableError:
+            if self.attempt + 1 >= view.attempts:
+                raise
+            # Another event may begin where the robot can get to.
+            self.attempt, self.path = self.attempt + 1, self._lay(view, self.activate)
+            return view.command.copy()
+        if there:
+            self.path.pop(0)
+            self.far, self.course = max(self.far - 1, 0), Course()
+        return command
+
+    def _lay(self, view: View, activate: bool) -> list[FloatArray]:
+        assert self.edge is not None
+        states = view.averaged()
+        path = view.skills.path(view.model, self.edge, activate, states, self.attempt)
+        self.far, self.course = 0, Course()
+        if not activate:
+            return list(path)
+        way = corners(view.model, states, path[0], view.vias)
+        self.far = len(way)
+        return [*way, *path[1:]]

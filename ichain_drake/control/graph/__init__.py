@@ -1,1 +1,0 @@
-"""Control of interaction graphs: planning over interactions, skills that switch them, and execution with monitors."""

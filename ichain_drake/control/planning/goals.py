@@ -1,0 +1,256 @@
+"""Goal expressions: what a user wants of variables of objects, as text."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ichain_drake.control.planning.model import GraphModel, conserved, keeps, span
+from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
+from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.state import FloatArray
+
+START = "start"
+"""In place of a number: the value that the variable has when the plan is made."""
+
+FORM = "write object.variable >= value, <= value, == value, low <= object.variable <= high, or not parent->child"
+
+_NAME = r"[^\s<>=]+?\.[^\s<>=]+"
+_ONE = re.compile(rf"^\s*(?P<name>{_NAME})\s*(?P<sign><=|>=|==|=)\s*(?P<value>\S+)\s*$")
+_TWO = re.compile(rf"^\s*(?P<low>\S+)\s*<=\s*(?P<name>{_NAME})\s*<=\s*(?P<high>\S+)\s*$")
+_NOT = re.compile(r"^\s*not\s+(?P<edge>.+->.+)$")
+_EQUAL_SHARE = 0.02  # of the demonstrated range
+_EQUAL_NOISE = 4.0
+_ROOM = 0.25  # of a condition's range, that its margin has at most
+_BEYOND = 0.05  # of the demonstrated range, that an unbounded variable may go beyond it
+
+
+def parse_goal(expressions: Sequence[str], model: GraphModel, start: States | None = None) -> Goal:
+    """Read goal expressions.
+
+    Args:
+        expressions: such as `thing.level >= 0.6` or `not robot->thing`; values in the variable's unit. `start` in place
+            of a value stands for the value at the start. Several on one variable narrow its range.
+        model: knows graph, ranges and noise.
+        start: states at the start, shape (n_variables,) each.
+
+    Returns:
+        The goal. An equality becomes a range of a fiftieth of the demonstrated range, or four times the noise, to
+        either side.
+
+    Raises:
+        InputError: on another form, an unknown object, variable or interaction, a value that is no number, a range
+            that is empty, or no expression at all.
+    """
+    ranges: dict[tuple[str, str], tuple[float, float]] = {}
+    inactive: list[Interaction] = []
+    for text in expressions:
+        if found := _NOT.match(text):
+            inactive.append(_edge(found["edge"], model.graph, text))
+            continue
+        obj, variable, lower, upper = _range(text, model, start)
+        low, high = ranges.get((obj, variable), (-math.inf, math.inf))
+        low, high = max(low, lower), min(high, upper)
+        if low > high:
+            raise InputError(f"goal {text!r}: no value of {obj}.{variable} is in all the ranges given; widen one")
+        ranges[obj, variable] = (low, high)
+    if not ranges and not inactive:
+        raise InputError(f"no goal is given; {FORM}")
+    conditions = tuple(Condition(o, v, low, high) for (o, v), (low, high) in ranges.items())
+    return Goal(conditions, tuple(dict.fromkeys(inactive)))
+
+
+def _edge(text: str, graph: InteractionGraph, where: str) -> Interaction:
+    edge = Interaction.parse(text)
+    if edge not in graph.interactions:
+        known = ", ".join(e.name for e in graph.interactions)
+        raise InputError(f"goal {where!r}: there is no interaction {edge.name}; the graph has {known}")
+    return edge
+
+
+def _range(text: str, model: GraphModel, start: States | None) -> tuple[str, str, float, float]:
+    if found := _TWO.match(text):
+        obj, index = _variable(found["name"], model, text)
+        bounds = [_value(found[k], text, obj, index, start) for k in ("low", "high")]
+    elif found := _ONE.match(text):
+        obj, index = _variable(found["name"], model, text)
+        value = _value(found["value"], text, obj, index, start)
+        if found["sign"] == ">=":
+            bounds = [value, math.inf]
+        elif found["sign"] == "<=":
+            bounds = [-math.inf, value]
+        else:
+            slack = _slack(model, obj, index)
+            bounds = [value - slack, value + slack]
+    else:
+        raise InputError(f"goal {text!r}: {FORM}")
+    return obj, model.graph.objects[obj].observable.names[index], bounds[0], bounds[1]
+
+
+def _variable(name: str, model: GraphModel, where: str) -> tuple[str, int]:
+    obj, _, variable = name.rpartition(".")
+    if obj not in model.graph.objects:
+        raise InputError(f"goal {where!r}: there is no object {obj!r}; objects are {', '.join(model.graph.objects)}")
+    space = model.graph.objects[obj].observable
+    if variable not in space.names:
+        raise InputError(f"goal {where!r}: {obj} has no variable {variable!r}; it has {', '.join(space.names)}")
+    return obj, space.index(variable)
+
+
+def _value(text: str, where: str, obj: str, index: int, start: States | None) -> float:
+    if text == START:
+        if start is None:
+            raise InputError(f"goal {where!r}: {START!r} needs the states at the start; give a number")
+        return float(start[obj][index])
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"goal {where!r}: {text!r} is not a finite number")
+    return value
+
+
+def _slack(model: GraphModel, obj: str, index: int) -> float:
+    if model.graph.objects[obj].observable.variables[index].kind in ("binary", "integer"):
+        return 0.0
+    return float(max(_EQUAL_SHARE * span(model, obj)[index], _EQUAL_NOISE * model.noise[obj][index]))
+
+
+def stay(start: States, obj: str, variables: Sequence[str], model: GraphModel, slack: float) -> tuple[Condition, ...]:
+    """Conditions that keep or bring back variables of an object to where they are at the start.
+
+    Args:
+        start: states at the start, shape (n_variables,) each.
+        obj: the object.
+        variables: names.
+        model: knows the state spaces.
+        slack: to either side, in the variables' unit.
+    """
+    space = model.graph.objects[obj].observable
+    values = [float(start[obj][space.index(v)]) for v in variables]
+    return tuple(Condition(obj, v, x - slack, x + slack) for v, x in zip(variables, values, strict=True))
+
+
+def value_of(condition: Condition, states: Mapping[str, FloatArray], graph: InteractionGraph) -> FloatArray:
+    """Value of a condition's variable, shape (...), from states of shape (..., n_variables)."""
+    return states[condition.object][..., graph.objects[condition.object].observable.index(condition.variable)]
+
+
+def gap(condition: Condition, value: FloatArray | float) -> FloatArray:
+    """How far values are from the wanted range, shape (...), in the variable's unit; 0 inside."""
+    return np.maximum(np.maximum(condition.lower - np.asarray(value), np.asarray(value) - condition.upper), 0.0)
+
+
+def words(condition: Condition, graph: InteractionGraph) -> str:
+    """A condition as it would be written, with its unit."""
+    space = graph.objects[condition.object].observable
+    unit = space.variables[space.index(condition.variable)].unit
+    name, tail = f"{condition.object}.{condition.variable}", "" if unit == "1" else f" {unit}"
+    if math.isinf(condition.upper):
+        return f"{name} >= {condition.lower:.4g}{tail}"
+    if math.isinf(condition.lower):
+        return f"{name} <= {condition.upper:.4g}{tail}"
+    return f"{condition.lower:.4g} <= {name} <= {condition.upper:.4g}{tail}"
+
+
+def impossible(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
+    """Why no plan can meet a goal, seen without any search; None where one might.
+
+    A condition that already holds is never refused.
+    """
+    for c in goal.conditions:
+        space = model.graph.objects[c.object].observable
+        i, now = space.index(c.variable), float(value_of(c, start, model.graph))
+        if gap(c, now) == 0:
+            continue
+        name, variable = f"{c.object}.{c.variable}", space.variables[i]
+        incoming = model.graph.incoming(c.object)
+        acting = [e for e in incoming if any(f.variable == i for f in model.edges[e].effects)]
+        if not incoming:
+            return NoPlan(c, now, None, f"{words(c, model.graph)}: {c.object} is the robot; no interaction controls it")
+        if not acting:
+            edges = ", ".join(e.name for e in incoming)
+            return NoPlan(
+                c,
+                now,
+                None,
+                f"{words(c, model.graph)}: no interaction was seen to change {name} (those that act: {edges})",
+            )
+        low, high = _limits(model, c.object, i)
+        if c.lower > high or c.upper < low:
+            near = high if c.lower > high else low
+            bounded = math.isfinite(variable.upper if c.lower > high else variable.lower)
+            why = "is bounded there" if bounded else "was never beyond that in a demonstration"
+            return NoPlan(
+                c, near, acting[0], f"{words(c, model.graph)}: {name} goes from {low:.4g} to {high:.4g} and {why}"
+            )
+    return _too_much(goal, model, start)
+
+
+def _too_much(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
+    """Refuse a goal that needs more of a conserved amount than there is."""
+    for group in conserved(model):
+        names = [(o, model.graph.objects[o].observable.names[i]) for o, i in group]
+        wanted = [c for c in goal.conditions if (c.object, c.variable) in names and c.lower > 0]
+        there = sum(max(float(start[o][i]), 0.0) for o, i in group)
+        slack = _EQUAL_NOISE * float(np.sqrt(sum(float(model.noise[o][i]) ** 2 for o, i in group)))
+        unmet = [c for c in wanted if gap(c, value_of(c, start, model.graph)) > 0]
+        if unmet and sum(c.lower for c in wanted) > there + slack:
+            c = unmet[0]
+            rest = there - sum(other.lower for other in wanted if other is not c)
+            index = model.graph.objects[c.object].observable.index(c.variable)
+            acting = [
+                e for e in model.graph.incoming(c.object) if any(f.variable == index for f in model.edges[e].effects)
+            ]
+            givers = [e for e in acting if any(e.parent == o for o, _ in group)] or acting
+            what = " and ".join(words(x, model.graph) for x in wanted)
+            return NoPlan(
+                c,
+                max(rest, 0.0),
+                givers[0],
+                f"{what}: there is only {there:.4g} in all of {', '.join(o for o, _ in names)}",
+            )
+    return None
+
+
+def _limits(model: GraphModel, obj: str, i: int) -> tuple[float, float]:
+    """The declared bounds where there are any, else a little more than what demonstrations show."""
+    variable = model.graph.objects[obj].observable.variables[i]
+    more = _BEYOND * float(span(model, obj)[i]) + _EQUAL_NOISE * float(model.noise[obj][i])
+    low = variable.lower if math.isfinite(variable.lower) else float(model.low[obj][i]) - more
+    high = variable.upper if math.isfinite(variable.upper) else float(model.high[obj][i]) + more
+    return low, high
+
+
+def kept_by_itself(model: GraphModel, condition: Condition) -> bool:
+    """Whether the variable of a condition keeps its value once nothing acts on it."""
+    index = model.graph.objects[condition.object].observable.index(condition.variable)
+    return bool(keeps(model, condition.object)[index])
+
+
+def inside(condition: Condition, model: GraphModel, noises: float, share: float = 0.0) -> Condition:
+    """A condition that is met by a margin, where its range and the variable's bounds leave room.
+
+    Args:
+        condition: to be met.
+        model: knows noise and demonstrated ranges.
+        noises: of a reading, that the margin has at least.
+        share: of the demonstrated range, the same.
+    """
+    space = model.graph.objects[condition.object].observable
+    i = space.index(condition.variable)
+    wide = max(noises * float(model.noise[condition.object][i]), share * float(span(model, condition.object)[i]))
+    margin = min(wide, _ROOM * (condition.upper - condition.lower))
+    low, high = condition.lower + margin, condition.upper - margin
+    variable = space.variables[i]
+    return replace(
+        condition,
+        lower=min(low, max(variable.upper, condition.lower)),
+        upper=max(high, min(variable.lower, condition.upper)),
+    )

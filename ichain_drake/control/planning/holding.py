@@ -1,0 +1,47 @@
+"""Whether the robot can hold an object where it is, by the learned status of their interaction.
+
+What holds depends on more than the two: a door may be in the way. So before an object is carried from one place to
+another, the interaction is asked about at both, everything else being as predicted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel
+from ichain_drake.control.planning.plan import States
+from ichain_drake.graph import Interaction
+
+_GRASPS = 40  # demonstrated ways of holding that are tried
+
+
+def can_hold(model: GraphModel, edge: Interaction, states: Sequence[States]) -> BoolArray:
+    """Whether some demonstrated grasp makes an interaction of the robot active, in each of several states.
+
+    Args:
+        model: the learned graph.
+        edge: from the robot to the object.
+        states: shape (n_variables,) each; where the robot is in them is no matter.
+
+    Returns:
+        shape (n_states,); true where the object's place is not known to go with the robot's.
+    """
+    if not states:
+        return np.zeros(0, dtype=bool)
+    alignment: Any = model.edges[edge].alignment
+    samples = model.edges[edge].examples.active
+    rows = np.flatnonzero(model.decide(edge, samples) >= 0.0)
+    if alignment is None or not len(rows):
+        return np.ones(len(states), dtype=bool)  # nothing is known of a grasp elsewhere
+    if len(rows) > _GRASPS:
+        rows = rows[np.linspace(0, len(rows) - 1, _GRASPS).round().astype(int)]
+    count = len(rows)
+    batch: Batch = {n: np.repeat(np.array([s[n] for s in states], dtype=float), count, axis=0) for n in states[0]}
+    moved, index = np.tile(samples[edge.parent][rows], (len(states), 1)), list(alignment.child.indices)
+    was = np.tile(samples[edge.child][rows], (len(states), 1))[:, index]
+    moved[:, list(alignment.parent.indices)] += (batch[edge.child][:, index] - was) @ alignment.turn
+    batch[edge.parent] = moved
+    return np.asarray((model.decide(edge, batch).reshape(len(states), count) >= 0.0).any(axis=1))

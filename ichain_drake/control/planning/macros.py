@@ -1,0 +1,276 @@
+"""Macro-actions of a learned interaction graph, generated from its models and demonstrated samples alone.
+
+Two kinds: carry an object that follows the robot somewhere and let it go; activate a chain of interactions from the
+robot on, drive a variable of its last object until it stops changing, and let go.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.control.planning.model import (
+    Batch,
+    BoolArray,
+    GraphModel,
+    conserved,
+    is_change,
+    keeps,
+    row,
+    span,
+    take,
+)
+from ichain_drake.graph import Interaction
+from ichain_drake.state import FloatArray
+
+IntArray = NDArray[np.intp]
+
+_AT_REST = 0.25  # share of its response to motion that a followed variable may change by while the robot is still
+_RESPONSE = 0.5  # of the robot's largest step
+_PROBE_TICKS = 6
+_LONG_TICKS = 36
+_RECHECK = 12  # ticks after which interactions are classified anew
+_LEAST_RATE = 0.2  # of the least change, in the short probe
+_LEAST_CHANGE = 0.08  # of the demonstrated range, in the long probe
+_BIAS = 0.25  # of the change in the other direction: less may be a bias of the model
+_NOISES = 5.0
+_NEARLY_BEST = 0.9  # of the best sample's change: among those the surest one is taken
+_QUIET = 0.05  # of the best sample's change
+_MOST_SAMPLES = 60  # per chain
+_SEEN = 3  # demonstrated poses
+_UNSEEN = 4.0  # weight of the distance from what was demonstrated
+
+
+@dataclass(frozen=True, eq=False)
+class Carry:
+    """An object that follows the robot through an interaction.
+
+    Attributes:
+        edge: from the robot.
+        follow: indices of the object's variables that follow the robot and stay where they are let go.
+        places: values of these variables where the object was let go in demonstrations, shape (n_places, n_follow).
+    """
+
+    edge: Interaction
+    follow: IntArray
+    places: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """A chain of interactions through which a variable of its last object is driven.
+
+    Attributes:
+        chain: from the robot to the object.
+        variable: index of the driven variable.
+        direction: +1 or -1.
+        rate: fastest change in a tick that is predicted for a sample, in the variable's unit.
+        carry: how the first object is carried, where it follows the robot; else None.
+        hold: sample of all states while the variable is driven.
+        before: sample of all states with the chain active, but the variable quiet; equals `hold` where none is needed.
+    """
+
+    chain: tuple[Interaction, ...]
+    variable: int
+    direction: int
+    rate: float
+    carry: Carry | None
+    hold: Batch
+    before: Batch
+
+
+def find_carries(model: GraphModel) -> tuple[Carry, ...]:
+    """Objects that the robot can carry, in the graph's order."""
+    found = []
+    for edge in model.graph.interactions:
+        if edge.parent != model.graph.root:
+            continue
+        follow = _followers(model, edge)
+        places = model.edges[edge].examples.deactivations.after[edge.child]
+        if len(follow) and len(places):
+            found.append(Carry(edge, follow, np.unique(places[:, follow], axis=0)))
+    return tuple(found)
+
+
+def _followers(model: GraphModel, edge: Interaction) -> IntArray:
+    """Variables that change with the robot's motion, not while it is still, and keep their value when let go."""
+    samples = model.edges[edge].examples.active
+    root, child = samples[edge.parent], samples[edge.child]
+    if not len(root):
+        return np.zeros(0, dtype=np.intp)
+    pair = {edge.parent: root, edge.child: child}
+    still = np.sqrt(np.mean(model.effect(edge, pair, root) ** 2, axis=0))
+    moved = np.zeros_like(still)
+    for i, limit in enumerate(model.step_limit[edge.parent]):
+        for sign in (1.0, -1.0):
+            push = np.zeros(root.shape[1])
+            push[i] = sign * _RESPONSE * limit
+            moved = np.maximum(moved, np.sqrt(np.mean(model.effect(edge, pair, root + push) ** 2, axis=0)))
+    floor = np.maximum(model.noise[edge.child], 1e-9 * span(model, edge.child))
+    return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & (still < _AT_REST * moved))
+
+
+def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
+    """All chains of interactions from the robot to an object, short ones first."""
+    graph = model.graph
+    found = []
+    for target in graph.objects:
+        if target == graph.root:
+            continue
+        for path in nx.all_simple_paths(graph.digraph, graph.root, target):
+            found.append(tuple(Interaction(a, b) for a, b in zip(path[:-1], path[1:], strict=True)))
+    return tuple(sorted(found, key=len))
+
+
+def find_drives(model: GraphModel, carries: tuple[Carry, ...]) -> tuple[Drive, ...]:
+    """Chains with the variables that they drive, as predicted from demonstrated samples of all the chain active."""
+    by_edge = {c.edge: c for c in carries}
+    samples, owner, every = [], [], chains(model)
+    for number, chain in enumerate(every):
+        joint = _joint_samples(model, chain)
+        n = len(next(iter(joint.values())))
+        samples.append(joint)
+        owner += [number] * n
+    if not owner:
+        return ()
+    batch = {n: np.concatenate([s[n] for s in samples]) for n in model.graph.objects}
+    margins = {e: model.decide(e, batch) for e in model.graph.interactions}
+    change = _probe(model, batch, _PROBE_TICKS)
+    out: list[Drive] = []
+    for number, chain in enumerate(every):
+        rows = np.flatnonzero(np.array(owner) == number)
+        if len(rows):
+            sure = np.min([margins[e][rows] for e in chain], axis=0)
+            out += _drives_of(model, chain, by_edge.get(chain[0]), take(batch, rows), take(change, rows), sure)
+    return tuple(d for d in out if not _subsumed(model, d, out))
+
+
+def _subsumed(model: GraphModel, drive: Drive, every: list[Drive]) -> bool:
+    """Whether a carried object drives more than the chain says, and a longer chain says so."""
+    longer = [
+        d.chain[len(drive.chain)]
+        for d in every
+        if len(d.chain) > len(drive.chain) and d.chain[: len(drive.chain)] == drive.chain
+    ]
+    return drive.carry is not None and any(float(model.decide(e, drive.hold)) >= 0 for e in longer)
+
+
+def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
+    """Demonstrated states in which every interaction of a chain is active, by the classifiers."""
+    parts = [model.edges[e].examples.active for e in chain]
+    batch = {n: np.concatenate([p[n] for p in parts]) for n in model.graph.objects}
+    on = np.ones(len(batch[chain[0].parent]), dtype=bool)
+    for e in chain:
+        on &= model.decide(e, batch) >= 0
+    rows = np.flatnonzero(on)
+    if len(rows) > _MOST_SAMPLES:
+        rows = rows[np.linspace(0, len(rows) - 1, _MOST_SAMPLES).round().astype(int)]
+    return take(batch, rows)
+
+
+def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
+    """Change of every object over some ticks with the robot held still, shape (n, n_variables) each."""
+    now = {n: v.copy() for n, v in batch.items()}
+    status = None
+    for tick in range(ticks):
+        now, status = model.step(now, batch[model.graph.root], status if tick % _RECHECK > 1 else None, strict=False)
+    return {n: model.graph.objects[n].observable.difference(now[n], batch[n]) for n in batch}
+
+
+def _drives_of(
+    model: GraphModel,
+    chain: tuple[Interaction, ...],
+    carry: Carry | None,
+    batch: Batch,
+    change: Batch,
+    sure: FloatArray,
+) -> list[Drive]:
+    target = chain[-1].child
+    follow = carry.follow if carry is not None and len(chain) == 1 else ()
+    least = np.maximum(_LEAST_CHANGE * span(model, target), _NOISES * model.noise[target])
+    usable = keeps(model, target) & ~is_change(model, target)
+    out = []
+    for v in np.flatnonzero(usable):
+        if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
+            continue
+        largest = float(np.abs(change[target][:, v]).max())
+        for direction in (1, -1):
+            speed = direction * change[target][:, v]
+            fastest = int(np.argmax(speed))
+            if speed[fastest] < max(_LEAST_RATE * least[v], _BIAS * largest):
+                continue
+            # How far each way of holding the chain gets, all from the same contents: those of the fastest sample.
+            poses = _in_context(model, chain[0].child, carry, batch, fastest)
+            total = direction * _probe(model, poses, _LONG_TICKS)[target][:, v]
+            best = float(total.max())
+            if best < least[v]:
+                continue
+            nearly = np.flatnonzero(total >= _NEARLY_BEST * best)
+            hold = int(nearly[np.argmax(sure[nearly])])
+            before = hold
+            if carry is not None:
+                quiet = np.abs(total) < _QUIET * best
+                brimful = (
+                    np.abs(_probe(model, _brimful(model, carry, poses), _LONG_TICKS)[target][:, v]) < _QUIET * best
+                )
+                before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
+            rate = float(speed[fastest]) / _PROBE_TICKS
+            out.append(Drive(chain, int(v), direction, rate, carry, row(poses, hold), row(poses, before)))
+    return out
+
+
+def _in_context(model: GraphModel, first: str, carry: Carry | None, batch: Batch, context: int) -> Batch:
+    """The robot and the pose of the chain's first object of each sample, everything else of one of them."""
+    out = {n: np.repeat(v[context][None], len(v), axis=0) for n, v in batch.items()}
+    out[model.graph.root] = batch[model.graph.root].copy()
+    part = slice(None) if carry is None else carry.follow
+    out[first][:, part] = batch[first][:, part]
+    return out
+
+
+def _brimful(model: GraphModel, carry: Carry, batch: Batch) -> Batch:
+    """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
+    obj = carry.edge.child
+    amounts = [i for group in conserved(model) for n, i in group if n == obj]
+    out = {n: v.copy() for n, v in batch.items()}
+    out[obj][:, amounts] = model.high[obj][amounts]
+    return out
+
+
+def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, hold: int) -> int:
+    """The quiet sample from which a drive begins; the driving one itself if there is none.
+
+    Near the driving sample, and in each variable near a value at which the object was let go. The object is brought to
+    the place first and turned there, so that it must have been there, or nearly, before it was turned.
+    """
+    rows = np.flatnonzero(quiet)
+    if not len(rows):
+        return hold
+    root, obj = model.graph.root, carry.edge.child
+    width = span(model, obj)[carry.follow]
+    pose = batch[obj][:, carry.follow]
+    away = np.abs(pose[rows, None, :] - carry.places[None]).min(axis=1) / width
+    distance = 2.0 * away.sum(axis=1) + (np.abs(pose[rows] - pose[hold]) / width).sum(axis=1)
+    distance += _UNSEEN * _unseen(model, carry, pose[rows], width)
+    turned = model.graph.objects[root].observable.difference(batch[root][rows], batch[root][hold])
+    return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])
+
+
+def _unseen(model: GraphModel, carry: Carry, poses: FloatArray, width: FloatArray) -> FloatArray:
+    """How far poses, not turned yet, are from demonstrated ones, in demonstrated ranges, shape (n,).
+
+    Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.
+    """
+    obj = carry.edge.child
+    variables = model.graph.objects[obj].observable.variables
+    turned = [k for k, i in enumerate(carry.follow) if (r := variables[i].role) is None or r.kind != "position"]
+    if len(turned) in (0, len(carry.follow)):
+        return np.zeros(len(poses))
+    before = poses.copy()
+    before[:, turned] = np.median(carry.places[:, turned], axis=0)
+    seen = model.edges[carry.edge].examples.active[obj][:, carry.follow]
+    away = (np.abs(before[:, None, :] - seen[None]) / width).sum(axis=2)
+    return np.sort(away, axis=1)[:, min(_SEEN, len(seen)) - 1]

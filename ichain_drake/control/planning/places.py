@@ -1,0 +1,112 @@
+"""Where a carried object may be brought: places at which it was let go, chosen by what they do to interactions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import networkx as nx
+import numpy as np
+
+from ichain_drake.control.planning.enabling import enabling_places
+from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
+from ichain_drake.control.planning.macros import Carry
+from ichain_drake.control.planning.model import Batch, GraphModel, span
+from ichain_drake.control.planning.plan import Condition, States
+from ichain_drake.state import FloatArray
+
+_SAME = 0.02  # of the demonstrated range: nearer than this is no move
+_LINE = 17
+
+
+def carry_targets(
+    model: GraphModel, carry: Carry, nodes: Sequence[States], start: States, conditions: Sequence[Condition]
+) -> list[list[FloatArray]]:
+    """Poses worth carrying an object to, for each of several states.
+
+    They are: what the goal wants of it, where it was at the start, for each other interaction of the object the
+    place of a demonstration that makes it active most surely, the nearest place at which none is, and places that other
+    objects' interactions ask for (see `enabling_places`). Where the object
+    acts on a variable of the goal that keeps no value of its own, also poses in even steps
+    between its outermost places.
+
+    Args:
+        model: the learned graph.
+        carry: what is carried.
+        nodes: states, shape (n_variables,) each.
+        start: states at the start of planning.
+        conditions: of the goal.
+
+    Returns:
+        Values of the followed variables, shape (n_follow,) each, for each state.
+    """
+    if not nodes:
+        return []
+    obj = carry.edge.child
+    others = [e for e in model.graph.interactions if obj in (e.parent, e.child) and e != carry.edge]
+    places, n = carry.places, len(carry.places)
+    batch: Batch = {k: np.repeat(np.array([s[k] for s in nodes]), n, axis=0) for k in nodes[0]}
+    batch[obj][:, carry.follow] = np.tile(places, (len(nodes), 1))
+    margins = np.array([model.decide(e, batch).reshape(len(nodes), n) for e in others]).reshape(-1, len(nodes), n)
+    wanted = _wanted(model, carry, start, conditions)
+    width = span(model, obj)[carry.follow]
+    out, enabling = [], enabling_places(model, carry, nodes)
+    for k, node in enumerate(nodes):
+        here = node[obj][carry.follow]
+        found = [] if wanted is None else [wanted]
+        found.append(start[obj][carry.follow])
+        for margin in margins[:, k]:
+            if margin.max(initial=-1.0) >= 0:
+                found.append(places[int(np.argmax(margin))])
+        if _acts_on_goal(model, obj, node, conditions):
+            found += list(_along(places, width))
+        free = np.flatnonzero((margins[:, k] < 0).all(axis=0))
+        if len(free):
+            away = np.abs((places[free] - here) / width).sum(axis=1)
+            found.append(places[free[int(np.argmin(away))]])
+        out.append(_distinct([*found, *enabling[k]], here, width))
+    return out
+
+
+def _acts_on_goal(model: GraphModel, obj: str, node: States, conditions: Sequence[Condition]) -> bool:
+    """Whether an object acts, directly or through others, on a variable that must be held by what acts on it."""
+    below = nx.descendants(model.graph.digraph, obj)
+    unmet = (c for c in conditions if c.object in below and gap(c, value_of(c, node, model.graph)) > 0)
+    return any(not kept_by_itself(model, c) for c in unmet)
+
+
+def _along(places: FloatArray, width: FloatArray) -> FloatArray:
+    """Poses along the widest direction of known places, shape (n, n_follow)."""
+    middle = places.mean(axis=0)
+    direction = np.linalg.svd((places - middle) / width)[2][0]
+    along = ((places - middle) / width) @ direction
+    return middle + np.linspace(along.min(), along.max(), _LINE)[:, None] * direction * width
+
+
+def _distinct(found: Sequence[FloatArray], here: FloatArray, width: FloatArray) -> list[FloatArray]:
+    kept: list[FloatArray] = []
+    for place in found:
+        if all(np.max(np.abs(place - other) / width) > _SAME for other in (here, *kept)):
+            kept.append(place)
+    return kept
+
+
+def _wanted(model: GraphModel, carry: Carry, start: States, conditions: Sequence[Condition]) -> FloatArray | None:
+    """The pose that the goal wants: given values where there are any, the others as at the nearest known place."""
+    obj = carry.edge.child
+    names = [model.graph.objects[obj].observable.names[i] for i in carry.follow]
+    mine = {c.variable: c for c in conditions if c.object == obj and c.variable in names}
+    if not mine:
+        return None
+    width = span(model, obj)[carry.follow]
+    known = np.vstack([start[obj][carry.follow][None], carry.places])
+    away = np.zeros(len(known))
+    for k, name in enumerate(names):
+        if name in mine:
+            away += gap(mine[name], known[:, k]) / width[k]
+    pose = known[int(np.argmin(away))].copy()
+    for k, name in enumerate(names):
+        if name in mine:
+            c = mine[name]
+            middle = 0.5 * (c.lower + c.upper)
+            pose[k] = middle if np.isfinite(middle) else np.clip(pose[k], c.lower, c.upper)
+    return pose

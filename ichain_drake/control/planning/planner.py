@@ -1,0 +1,138 @@
+"""Planning over a learned interaction graph (paper sec. V, VI): stages by object, each searched on its own."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+import networkx as nx
+import numpy as np
+
+from ichain_drake.control.planning.goals import gap, impossible, value_of
+from ichain_drake.control.planning.macros import find_carries, find_drives
+from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
+from ichain_drake.control.planning.search import Search, SearchSettings
+from ichain_drake.control.planning.search_node import Node
+from ichain_drake.graph import Interaction
+from ichain_drake.state import FloatArray
+
+__all__ = ["GraphPlanner", "SearchSettings"]
+
+
+class GraphPlanner:
+    """Plans with one learned graph.
+
+    Args:
+        model: the learned graph.
+        settings: how far to search.
+    """
+
+    def __init__(self, model: GraphModel, settings: SearchSettings | None = None) -> None:
+        self.model = model
+        self.settings = settings or SearchSettings()
+        self.carries = find_carries(model)
+        self.drives = find_drives(model, self.carries)
+        self._observed = model
+        self._cautious: dict[tuple[Interaction, ...], GraphPlanner] = {}
+
+    def plan(self, start: States, goal: Goal, cautious: Collection[Interaction] = ()) -> Plan | NoPlan:
+        """Find a plan.
+
+        Args:
+            start: measured states, shape (n_variables,) each.
+            goal: ranges wanted at the same time.
+            cautious: interactions to be used only as they were shown, under their customary conditions; if there is
+                no such plan, they are used as without.
+
+        Returns:
+            A plan, empty if the goal is met, or why there is none.
+        """
+        began = time.perf_counter()
+        shown = tuple(e for e in self.model.graph.interactions if e in cautious and self.model.customary(e))
+        if shown:
+            careful = self._keeping_to(shown).plan(start, goal)
+            if isinstance(careful, Plan):
+                return replace(careful, cautious=shown, seconds=time.perf_counter() - began)
+        known = {n: np.asarray(start[n], dtype=float) for n in self.model.graph.objects}
+        refused = impossible(goal, self.model, known)
+        if refused is not None:
+            return refused
+        effort = [0, 0]
+        found = self._in_stages(known, goal, effort)
+        if isinstance(found, NoPlan):
+            return found
+        return Plan(found.steps, found.ticks, effort[0], effort[1], time.perf_counter() - began)
+
+    def _keeping_to(self, shown: tuple[Interaction, ...]) -> GraphPlanner:
+        """A planner with the customary conditions of some interactions; what is active now is seen without them."""
+        if shown not in self._cautious:
+            careful = GraphPlanner(self.model.cautious(shown), self.settings)
+            careful._observed = self.model
+            self._cautious[shown] = careful
+        return self._cautious[shown]
+
+    def _in_stages(self, start: Mapping[str, FloatArray], goal: Goal, effort: list[int]) -> Node | NoPlan:
+        """One object's conditions after the other, nearest first, without spoiling what holds; else all at once."""
+        first = Node({n: v.copy() for n, v in start.items()}, (), 0, ())
+        node, waiting = first, self._open_objects(start, goal)
+        several = len(waiting) > 1
+        while waiting:
+            failed: NoPlan | None = None
+            for obj in waiting:
+                stage = _stage(goal, obj, node.states, self.model)
+                found = self._search(node.states, stage, self._relevant(obj), effort)
+                if isinstance(found, Node):
+                    node = Node(found.states, (*node.steps, *found.steps), node.ticks + found.ticks, found.unmet)
+                    failed = None
+                    break
+                if found.condition.object == obj and node is first and not _touches(found):
+                    return found  # nothing that can act on the object ever brought it there
+                failed = failed or found
+            if failed is not None:
+                return self._search(start, goal, None, effort) if several else failed
+            waiting = self._open_objects(node.states, goal)
+        if node is first:  # only interactions may be left to deactivate
+            return self._search(start, goal, None, effort)
+        return node
+
+    def _search(
+        self, start: Mapping[str, FloatArray], goal: Goal, objects: frozenset[str] | None, effort: list[int]
+    ) -> Node | NoPlan:
+        active, root = self._observed.active(start), self.model.graph.root
+        touching = tuple(e for e in self.model.graph.interactions if e.parent == root and bool(active[e]))
+        if objects is not None:  # what is held has to be put down first, whatever it is
+            objects |= {c.edge.child for c in self.carries if c.edge in touching}
+        carries = [c for c in self.carries if objects is None or c.edge.child in objects]
+        drives = [d for d in self.drives if objects is None or d.chain[-1].child in objects]
+        search = Search(self.model, self.settings, (carries, drives), start, goal, objects, touching)
+        found = search.run()
+        effort[0] += search.expansions
+        effort[1] += search.rollouts
+        return found
+
+    def _open_objects(self, states: States, goal: Goal) -> list[str]:
+        """Objects with unmet conditions, those with the least to do first."""
+        todo: dict[str, float] = {}
+        for c in goal.conditions:
+            away = float(gap(c, value_of(c, states, self.model.graph)))
+            if away > 0:
+                index = self.model.graph.objects[c.object].observable.index(c.variable)
+                todo[c.object] = todo.get(c.object, 0.0) + away / float(span(self.model, c.object)[index])
+        return sorted(todo, key=lambda n: todo[n])
+
+    def _relevant(self, obj: str) -> frozenset[str]:
+        """Objects whose states can act on an object, itself included."""
+        return frozenset({obj, *nx.ancestors(self.model.graph.digraph, obj)})
+
+
+def _touches(failure: NoPlan) -> bool:
+    """Whether some predicted state met the condition that a search failed for."""
+    return float(gap(failure.condition, failure.closest)) == 0
+
+
+def _stage(goal: Goal, obj: str, states: States, model: GraphModel) -> Goal:
+    """The conditions on one object, and those on others that hold already."""
+    mine = [c for c in goal.conditions if c.object == obj or gap(c, value_of(c, states, model.graph)) == 0]
+    return replace(goal, conditions=tuple(mine))

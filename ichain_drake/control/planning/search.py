@@ -1,0 +1,231 @@
+"""One search over macro-actions: breadth first, whole layers simulated at once.
+
+A tick of the learned models costs nearly the same for one state as for hundreds. So many states are expanded at a time,
+those first that are new and meet much of the goal, and the plan found is one of few steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ichain_drake.control.planning.failure import Nearest
+from ichain_drake.control.planning.goals import gap, inside, value_of
+from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
+from ichain_drake.control.planning.holding import can_hold
+from ichain_drake.control.planning.macros import Carry, Drive
+from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel, row, stack, take
+from ichain_drake.control.planning.places import carry_targets
+from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
+from ichain_drake.control.planning.search_node import Node, cheaper, mark_of
+from ichain_drake.control.planning.simulate import Outcome, settle, simulate
+from ichain_drake.graph import Interaction
+from ichain_drake.state import FloatArray
+
+_NOISES = 3.0  # that a goal is to be met by, where it can be
+_MARGIN = 0.05  # of the demonstrated range, the same
+_SWITCH_TICKS = 20  # to reach an object and take it, or press it, and to let go
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How far a search goes.
+
+    Attributes:
+        width: states that are expanded at a time.
+        steps: of a plan at most.
+        novelty: 1 to expand only states with a new value, 2 also those with a new pair of values, 3 all.
+        expansions: states that are expanded at most.
+    """
+
+    width: int = 48
+    steps: int = 24
+    novelty: int = 2
+    expansions: int = 240
+
+
+class Search:
+    """One search.
+
+    Args:
+        model: the learned graph.
+        settings: how far to search.
+        macros: what can be done.
+        start: states, shape (n_variables,) each.
+        goal: what is wanted.
+        objects: those whose states tell states of the search apart; None for all.
+        touching: interactions of the robot that are active at the start.
+    """
+
+    def __init__(
+        self,
+        model: GraphModel,
+        settings: SearchSettings,
+        macros: tuple[Sequence[Carry], Sequence[Drive]],
+        start: Mapping[str, FloatArray],
+        goal: Goal,
+        objects: Collection[str] | None,
+        touching: tuple[Interaction, ...],
+    ) -> None:
+        self.model, self.settings = model, settings
+        self.carries, self.drives = macros
+        self.goal = goal
+        self.surer = tuple(inside(c, self.model, _NOISES, _MARGIN) for c in goal.conditions)
+        self.novelty = Novelty(model, objects)
+        self.landmarks = Landmarks(model, self.surer)
+        self.expansions = self.rollouts = 0
+        self.closed: set[tuple[object, ...]] = set()
+        self.nearest = Nearest(self.model, goal, start)
+        self.start = dict(start)
+        self.touching = touching
+        self.parked = self._parked(bool(touching))
+
+    def _parked(self, busy: bool) -> FloatArray:
+        """A state of the robot in which it acts on nothing: where it is, or where it was in a demonstration."""
+        root = self.model.graph.root
+        if not busy:
+            return self.start[root]
+        mine = [e for e in self.model.graph.interactions if e.parent == root]
+        rows = np.concatenate([self.model.edges[e].examples.deactivations.after[root] for e in mine])
+        states = {n: np.repeat(v[None], len(rows), axis=0) for n, v in self.start.items()} | {root: rows}
+        surest = np.max([self.model.decide(e, states) for e in mine], axis=0)
+        return rows[int(np.argmin(surest))]
+
+    def run(self) -> Node | NoPlan:
+        """The node that a plan of few steps ends at, or why there is none."""
+        held = next((e for e in self.touching if any(c.edge == e for c in self.carries)), None)
+        first = Node(self.start, (), 0, unmet_conditions(self.goal.conditions, self.start, self.model), held)
+        self.nearest.note(first.states, first.unmet, None)
+        if not first.unmet and not self._forbidden([first])[0]:
+            return first
+        layer, reserve = [first], list[Node]()
+        self.closed.add(self._key(first))
+        if held is None and self.touching:  # a button under the hand: letting go is a step of its own
+            edge = self.touching[0]
+            states, _ = settle(self.model, stack([self.start]), self.parked)
+            free = {n: v[0] for n, v in states.items()}
+            step = PlanStep((edge,), predicted=free, ticks=_SWITCH_TICKS // 2)
+            layer = [Node(free, (step,), step.ticks, unmet_conditions(self.surer, free, self.model))]
+            if not layer[0].unmet and not self._forbidden(layer)[0]:
+                return layer[0]
+        while layer and self.expansions < self.settings.expansions:
+            children = self._expand(layer)
+            forbidden = self._forbidden(children)
+            done = [
+                c
+                for c, bad in zip(children, forbidden, strict=True)
+                if not bad and not unmet_conditions(self.goal.conditions, c.states, self.model)
+            ]
+            if done:
+                return min(done, key=lambda n: (len(n.unmet), n.ticks, mark_of(n)))
+            queue = sorted([*reserve, *children], key=lambda n: (n.rank, len(n.unmet) + len(n.open), n.ticks, n.mark))
+            queue = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
+            layer, reserve = queue[: self.settings.width], queue[self.settings.width :]
+        return self.nearest.failure(self.expansions)
+
+    def _key(self, node: Node) -> tuple[object, ...]:
+        return (*self.novelty.key(node.states), node.unmet, node.held)
+
+    def _forbidden(self, nodes: Sequence[Node]) -> list[bool]:
+        """Whether an interaction is active that must not be."""
+        if not self.goal.inactive or not nodes:
+            return [n.held is not None and n.held in self.goal.inactive for n in nodes]
+        batch = stack([n.states for n in nodes])
+        on = np.any([self.model.decide(e, batch) >= 0 for e in self.goal.inactive], axis=0)
+        return [bool(x) for x in on]
+
+    def _expand(self, layer: Sequence[Node]) -> list[Node]:
+        self.expansions += len(layer)
+        out = self._carried(layer) + self._driven(layer)
+        kept: dict[tuple[object, ...], Node] = {}
+        for node in out:
+            key = self._key(node)
+            if key in self.closed:
+                continue
+            if key not in kept or cheaper(node, kept[key]):
+                kept[key] = node
+        self.closed |= set(kept)
+        ordered = sorted((replace(n, mark=mark_of(n)) for n in kept.values()), key=lambda n: (n.ticks, n.mark))
+        return [replace(n, rank=self.novelty.rank(n.states, (*n.unmet, -1, *n.open))) for n in ordered]
+
+    def _carried(self, layer: Sequence[Node]) -> list[Node]:
+        moves: list[tuple[Node, Carry, FloatArray]] = []
+        for carry in self.carries:
+            nodes = [n for n in layer if n.held in (None, carry.edge)]
+            free = can_hold(self.model, carry.edge, [n.states for n in nodes])
+            nodes = [n for n, ok in zip(nodes, free, strict=True) if ok or n.held is not None]
+            targets = carry_targets(self.model, carry, [n.states for n in nodes], self.start, self.surer)
+            moves += [(n, carry, t) for n, places in zip(nodes, targets, strict=True) for t in places]
+        if not moves:
+            return []
+        batch = stack([n.states for n, _, _ in moves])
+        for k, (_, carry, place) in enumerate(moves):
+            batch[carry.edge.child][k, carry.follow] = place
+        held = np.ones(len(moves), dtype=bool)  # there too, before it is let go
+        for carry in self.carries:
+            mine = [k for k, (_, c, _) in enumerate(moves) if c is carry]
+            held[mine] = can_hold(self.model, carry.edge, [row(batch, k) for k in mine])
+        moves, batch = [m for m, ok in zip(moves, held, strict=True) if ok], take(batch, np.flatnonzero(held))
+        if not moves:
+            return []
+        after, _ = settle(self.model, batch, self.parked)
+        self.rollouts += len(moves)
+        out = []
+        for k, (node, carry, place) in enumerate(moves):
+            states = {n: v[k] for n, v in after.items()}
+            wanted = self._pose(carry, place)
+            ticks = _SWITCH_TICKS + self._way(carry, node.states[carry.edge.child][carry.follow], place)
+            step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks)
+            out.append(self._child(node, step, states))
+        return out
+
+    def _driven(self, layer: Sequence[Node]) -> list[Node]:
+        rows = [(n, d) for n in layer if n.held is None for d in self.drives]
+        results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self._stop)
+        self.rollouts += len(rows)
+        out = []
+        for (node, drive), outcomes in zip(rows, results, strict=True):
+            for outcome in outcomes:
+                if outcome.lost is None:
+                    out.append(self._child(node, self._step(node, drive, outcome), outcome.states))
+        return out
+
+    def _step(self, node: Node, drive: Drive, outcome: Outcome) -> PlanStep:
+        target = drive.chain[-1].child
+        name = self.model.graph.objects[target].observable.names[drive.variable]
+        until = (target, name, drive.direction, outcome.end)
+        wanted, before, after, ticks = {}, {}, {}, _SWITCH_TICKS + outcome.ticks
+        if drive.carry is not None:
+            obj, part = drive.carry.edge.child, drive.carry.follow
+            back = node.states[obj][part]
+            wanted, before = (
+                self._pose(drive.carry, drive.hold[obj][part]),
+                self._pose(drive.carry, drive.before[obj][part]),
+            )
+            after = self._pose(drive.carry, back)
+            ticks += 2 * self._way(drive.carry, back, drive.before[obj][part])
+        wanted = wanted | {(target, name): outcome.end}
+        hold = drive.hold[self.model.graph.root]
+        return PlanStep(drive.chain, wanted, until, hold, before, after, predicted=outcome.states, ticks=ticks)
+
+    def _child(self, node: Node, step: PlanStep, states: Batch) -> Node:
+        unmet = unmet_conditions(self.surer, states, self.model)
+        steps, ticks = (*node.steps, step), node.ticks + step.ticks
+        child = Node(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet))
+        self.nearest.note(child.states, child.unmet, step.chain[-1])
+        return child
+
+    def _pose(self, carry: Carry, values: FloatArray) -> dict[tuple[str, str], float]:
+        obj = carry.edge.child
+        names = self.model.graph.objects[obj].observable.names
+        return {(obj, names[i]): float(x) for i, x in zip(carry.follow, values, strict=True)}
+
+    def _way(self, carry: Carry, start: FloatArray, end: FloatArray) -> int:
+        limit = np.maximum(self.model.step_limit[carry.edge.child][carry.follow], 1e-9)
+        return int(np.ceil(np.max(np.abs(end - start) / limit)))
+
+    def _stop(self, batch: Batch) -> BoolArray:
+        met = [gap(c, value_of(c, batch, self.model.graph)) == 0 for c in self.surer]
+        return np.stack(met, axis=1) if met else np.zeros((len(batch[self.model.graph.root]), 0), dtype=bool)

@@ -1,0 +1,54 @@
+"""A predicted state of a search with the steps to it, and which of two is better."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ichain_drake.control.planning.model import Batch
+from ichain_drake.control.planning.plan import PlanStep
+from ichain_drake.graph import Interaction
+
+_ALIKE = 1.2
+_DIGITS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A predicted state and the steps to it.
+
+    Attributes:
+        states: predicted, shape (n_variables,) each.
+        steps: that lead there.
+        ticks: that they take.
+        unmet: indices of unmet conditions.
+        held: the interaction by which an object is held at the start.
+        open: indices of unmet conditions whose landmarks are not met either.
+        rank: see `Novelty`.
+        mark: breaks ties.
+    """
+
+    states: Batch
+    steps: tuple[PlanStep, ...]
+    ticks: int
+    unmet: tuple[int, ...]
+    held: Interaction | None = None
+    open: tuple[int, ...] = ()
+    rank: int = 0
+    mark: tuple[float, ...] = ()
+
+
+def mark_of(node: Node) -> tuple[float, ...]:
+    """Numbers of a node's steps that depend on no name and no order of objects or variables: they break ties."""
+    out: list[float] = []
+    for step in node.steps:
+        out += [float(step.ticks), float(len(step.chain))]
+        out += sorted(round(float(x), _DIGITS) for v in step.predicted.values() for x in v)
+    return tuple(out)
+
+
+def cheaper(one: Node, other: Node) -> bool:
+    """Whether a way to the same state is shorter; of nearly equal ones, that which watches more interactions."""
+    mine, theirs = len(one.steps[-1].chain), len(other.steps[-1].chain)
+    if len(one.steps) == len(other.steps) and mine != theirs:
+        return one.ticks <= _ALIKE * other.ticks if mine > theirs else one.ticks * _ALIKE < other.ticks
+    return (one.ticks, mark_of(one)) < (other.ticks, mark_of(other))

@@ -1,0 +1,100 @@
+"""The controller and the follower as Drake systems, deciding on every tenth 30 Hz frame by an integer counter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, State
+
+from ichain_drake.control.ticks import TickSystem
+from ichain_drake.control.tracking.move_to import MoveTo
+from ichain_drake.control.tracking.path import TimedPath
+from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.timing import TICK
+
+_SEARCH_TICKS = 4.0
+
+
+class Controller(TickSystem):
+    """Closes the loop around a chain with `MoveTo` (paper, Algorithm 1).
+
+    Ports: an input per object of the chain, named after it, for its `measured`; `target`, the wanted values of the
+    last object's target variables in the coming ticks, flattened (lookahead x n_targets). Outputs `hand_command`, and
+    `wanted`, the states wanted of every object but the last, robot first.
+
+    Args:
+        policy: what decides.
+        chain: observable state spaces along the chain, robot first, by object name.
+        n_targets: number of target variables.
+        initial_command: hand command before the first decision, shape (n_hand,).
+        inputs: sizes of the object ports where they differ from the observable ones (an oracle reads full states).
+    """
+
+    def __init__(
+        self,
+        policy: MoveTo,
+        chain: Mapping[str, StateSpace],
+        n_targets: int,
+        initial_command: FloatArray,
+        inputs: Sequence[int] | None = None,
+    ) -> None:
+        super().__init__("controller")
+        self.policy = policy
+        self._n_targets = n_targets
+        sizes = [len(s) for s in chain.values()] if inputs is None else list(inputs)
+        self._ports = [self.DeclareVectorInputPort(n, k) for n, k in zip(chain, sizes, strict=True)]
+        self._target = self.DeclareVectorInputPort("target", policy.lookahead * n_targets)
+        self._command = self.DeclareDiscreteState(np.asarray(initial_command, dtype=float))
+        self._wanted = self.DeclareDiscreteState(sum(sizes[:-1]))
+        self._memory = self.DeclareDiscreteState(policy.memory_size)
+        self.DeclareStateOutputPort("hand_command", self._command)
+        self.DeclareStateOutputPort("wanted", self._wanted)
+
+    def decide(self, context: Context, state: State, tick: int) -> None:
+        """Ask the policy."""
+        discrete = state.get_mutable_discrete_state()
+        states = [port.Eval(context)[None] for port in self._ports]
+        wanted = self._target.Eval(context).reshape(1, -1, self._n_targets)
+        memory = context.get_discrete_state(self._memory).value()[None]
+        command, memory, handed_down = self.policy.decide(states, wanted, memory)
+        discrete.set_value(self._command, command[0])
+        discrete.set_value(self._memory, memory[0])
+        discrete.set_value(self._wanted, np.concatenate([w[0] for w in handed_down]))
+
+
+class PathFollower(TickSystem):
+    """Follows a timed path: where the object should be in the coming ticks, from where it is now.
+
+    Ports: input `measured` of the object; outputs `target` (lookahead x 2 wanted positions, flattened) and `progress`
+    (index of the path's point that has been reached).
+
+    Args:
+        path: the timed path.
+        space: the object's observable state space.
+        targets: indices of the two position variables in it.
+        lookahead: ticks of wanted positions.
+    """
+
+    def __init__(self, path: TimedPath, space: StateSpace, targets: Sequence[int], lookahead: int) -> None:
+        super().__init__("follower")
+        self.path = path
+        self._targets = list(targets)
+        self._ahead = TICK * np.arange(1, lookahead + 1)
+        self._measured = self.DeclareVectorInputPort("measured", len(space))
+        self._progress = self.DeclareDiscreteState(1)
+        self.DeclareVectorOutputPort("target", 2 * lookahead, self._calc_target)
+        self.DeclareStateOutputPort("progress", self._progress)
+
+    def _reached(self, context: Context) -> int:
+        position = self._measured.Eval(context)[self._targets]
+        last = int(context.get_discrete_state(self._progress).value()[0])
+        return self.path.advance(position, last, _SEARCH_TICKS * TICK)
+
+    def _calc_target(self, context: Context, output: BasicVector) -> None:
+        now = self.path.time[self._reached(context)]
+        output.SetFromVector(self.path.at_time(now + self._ahead).ravel())
+
+    def decide(self, context: Context, state: State, tick: int) -> None:
+        """Remember how far it has come."""
+        state.get_mutable_discrete_state().set_value(self._progress, [self._reached(context)])

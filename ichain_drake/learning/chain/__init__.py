@@ -1,0 +1,1 @@
+"""Learning a chain, link by link: forward and inverse transition models (paper sec. III, IV)."""

@@ -1,0 +1,270 @@
+"""One regression of a change: which columns, which estimator and whether there is anything to predict at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.errors import InputError
+from ichain_drake.learning.blocks import piece_blocks, windows
+from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning.effects.fitted import Regression
+from ichain_drake.learning.effects.screening import CubicScreening, RectifiedScreening, Screening, window_means
+from ichain_drake.learning.frozen import FrozenModel, freeze
+from ichain_drake.learning.frozen.polynomial import Polynomial
+from ichain_drake.state import FloatArray
+
+_EXISTS = 0.5  # an effect must leave at most this share of the squared change
+_NOISY = 2.0  # times what noise alone gives, a change must be
+_HARM = 0.2  # groups that it makes worse may lose this share of what it gains in all
+_SHARE = 0.05  # of the gain, that a group must have to count; two groups must
+_SIMPLER = 0.85  # a later estimator is taken if it leaves at most this share of the error
+_FOREIGN = 0.3  # the same for one that adds other columns to those built from roles
+_MOST_ROWS = 500
+_DEAD = (0.0, 0.05, 0.1, 0.2, 0.35)  # dead-bands to choose from, in root mean squares of the prediction
+_LEAST = 6
+_OUTSTANDING = 7.0  # medians: such a change is not noise
+_LEAST_OUTSTANDING = 8  # rows
+_IDENTITY = "as declared"  # a column that is the change itself
+_JUMP = 7.0  # noises
+
+
+def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | None:
+    """The frozen fit, or None where there are too few rows for this estimator."""
+    if len(x) > _MOST_ROWS:
+        rows = np.linspace(0, len(x) - 1, _MOST_ROWS).round().astype(int)
+        x, y = x[rows], y[rows]
+    try:
+        return freeze(spec.make().fit(x, y))
+    except (InputError, ValueError, np.linalg.LinAlgError):
+        return None
+
+
+_AS_IT_IS = Polynomial.from_terms(np.ones((1, 1), dtype=np.int64), np.ones((1, 1)), np.zeros(1))
+Fit = EstimatorSpec | str | None  # None: a constant
+
+
+def _whole(spec: Fit, x: FloatArray, y: FloatArray) -> FrozenModel | None:
+    if spec is None or isinstance(spec, str):
+        return None if spec is None else _AS_IT_IS
+    return _fitted(spec, x, y)
+
+
+def _is_linear(model: FrozenModel | None) -> bool:
+    return model is None or (isinstance(model, Polynomial) and model.monomials.degree <= 1)
+
+
+@dataclass
+class _Sample:
+    """Rows with their groups and windows."""
+
+    x: FloatArray
+    y: FloatArray
+    group: NDArray[np.intp]
+    windows: dict[int, list[tuple[int, int]]]
+    judge: list[tuple[int, int]]
+
+    def group_of(self, marks: Sequence[tuple[int, int]]) -> NDArray[np.intp]:
+        return self.group[[a for a, _ in marks]]
+
+    def judged(self, prediction: FloatArray) -> FloatArray:
+        """Mean residual of each window, shape (n_windows,)."""
+        return window_means(self.y - prediction, self.judge)
+
+
+def choose_regression(
+    x: FloatArray,
+    y: FloatArray,
+    piece: NDArray[np.intp],
+    row: NDArray[np.intp],
+    estimators: Sequence[EstimatorSpec],
+    window: int,
+    preferred: NDArray[np.bool_],
+    noise: float = 0.0,
+    declared: Sequence[int] = (),
+) -> Regression | None:
+    """Choose columns and estimator by the error on left-out pieces or blocks; None where nothing can be predicted.
+
+    Args:
+        x: candidate columns, shape (n, n_columns).
+        y: the change beyond what is known, shape (n,).
+        piece: piece that each row comes from, shape (n,).
+        row: row of its piece, shape (n,).
+        estimators: candidates, simpler ones first.
+        window: errors are judged over so many ticks; 1 where the variable has no memory.
+        preferred: columns that win ties, shape (n_columns,).
+        noise: standard deviation of a reading of the variable: a change that is not larger is none.
+        declared: columns that are the change itself by the roles of both variables: taken as they are where they
+            explain it, since their own noise would bias any fit to them.
+    """
+    if len(y) < _LEAST:
+        return None
+    group = piece_blocks(piece, row)
+    key = piece * (group.max() + 1) + group
+    lengths = (1,) if window == 1 else (1, window)
+    marks = {n: windows(key, row, n) for n in lengths}
+    sample = _Sample(x, y, group, marks, marks[lengths[-1]])
+    if len(np.unique(group)) < 2:
+        return None
+    length = np.array([b - a for a, b in sample.judge], dtype=float)
+    zero = float(np.sum(length * sample.judged(np.zeros(len(y))) ** 2))
+    # What readings alone would give: the mean change over a window is the difference of two of them over its length.
+    by_noise = 0.0 if window == 1 else noise**2 * float(np.sum(2.0 / length))
+    if zero < _NOISY * by_noise:
+        return None
+    best: Regression | None = None
+    best_error, best_prediction = np.inf, np.zeros(len(y))
+    for column in declared:
+        error = float(np.sum(length * sample.judged(x[:, column]) ** 2))
+        if error < best_error and (error < _EXISTS * zero or _explains_jumps(x[:, column], y, noise)):
+            best_error, best_prediction = error, x[:, column]
+            best = _describe(_IDENTITY, sample, (column,), 1, piece)
+    taken = best is not None
+    for columns, fit_length, specs in () if taken else _candidates(sample, estimators, preferred):
+        for spec in specs:
+            prediction = _left_out(spec, sample, columns, fit_length)
+            if prediction is None:
+                continue
+            error = float(np.sum(length * sample.judged(prediction) ** 2))
+            if error + by_noise < _needed(best, columns, preferred) * (best_error + by_noise):
+                best_error, best_prediction = error, prediction
+                best = _describe(spec, sample, columns, fit_length, piece)
+    if best is None or (not taken and (best_error > _EXISTS * zero or not _helps(sample, best_prediction))):
+        return None
+    dead = _dead_band(sample, best_prediction) if best.frozen is not None and window > 1 and not taken else 0.0
+    residual = y - np.where(np.abs(best_prediction) < dead, 0.0, best_prediction)
+    return replace(
+        best,
+        dead_band=dead,
+        std=float(np.sqrt(np.mean(residual**2))),
+        drift=float(np.sqrt(np.average(window_means(residual, sample.judge) ** 2, weights=length))),
+        explained=1.0 - best_error / max(zero, 1e-300),
+        scale=float(np.sqrt(zero / length.sum())),
+    )
+
+
+def _explains_jumps(prediction: FloatArray, y: FloatArray, noise: float) -> bool:
+    """Whether changes that are no noise are what was predicted, in most of their square."""
+    jumps = np.abs(y) > _JUMP * noise
+    return bool(jumps.any()) and float(np.sum((y - prediction)[jumps] ** 2)) < _EXISTS * float(np.sum(y[jumps] ** 2))
+
+
+def _candidates(
+    sample: _Sample, estimators: Sequence[EstimatorSpec], preferred: NDArray[np.bool_]
+) -> list[tuple[tuple[int, ...], int, Sequence[EstimatorSpec | None]]]:
+    """Columns, window length to fit at, and how to fit; the simplest first."""
+    out: list[tuple[tuple[int, ...], int, Sequence[EstimatorSpec | None]]] = [((), n, (None,)) for n in sample.windows]
+    rectified = [e for e in estimators if e.name == "rectified_linear"]
+    smooth = [e for e in estimators if e.name != "rectified_linear"]
+    sets = _column_sets(sample, preferred)
+    if rectified:
+        out += [(columns, 1, rectified) for columns in _rectified_columns(sample)]
+    # Means over windows stand for their rows only where the fit is linear.
+    return out + [(columns, n, smooth[: 1 if n > 1 else None]) for columns, n in sets]
+
+
+def _rectified_columns(sample: _Sample) -> list[tuple[int, ...]]:
+    """Columns of a threshold beyond which there is a change, if there are rows that clearly are beyond one."""
+    size = np.abs(sample.y)
+    if np.sum(size > _OUTSTANDING * np.median(size)) < _LEAST_OUTSTANDING:
+        return []
+    chosen = RectifiedScreening(sample.x, sample.y, sample.group, sample.judge).select()
+    return [tuple(chosen[:n]) for n in range(1, len(chosen) + 1)]
+
+
+def _column_sets(sample: _Sample, preferred: NDArray[np.bool_]) -> list[tuple[tuple[int, ...], int]]:
+    """Sets of columns worth fitting, with the window length to fit at."""
+    judge_group = sample.group_of(sample.judge)
+    sets: list[tuple[tuple[int, ...], int]] = []
+    for degree in (1, 2):
+        for length, marks in sorted(sample.windows.items(), reverse=True):  # noise in inputs biases single ticks
+            fit_group = sample.group_of(marks)
+            screen = Screening(sample.x, sample.y, marks, fit_group, sample.judge, judge_group, degree, preferred)
+            sets.append((tuple(screen.select()), length))
+    cubic_screen = CubicScreening(sample.x, sample.y, sample.group, sample.judge)
+    cubic = tuple(cubic_screen.select())
+    sets += [(cubic[:2], 1), (cubic, 1)]
+    # Columns built from roles say by themselves what they are there for; what comes on top must pay for it.
+    alone = [(tuple(c for c in columns if preferred[c]), n) for columns, n in sets]
+    return list(dict.fromkeys([*((c, n) for c, n in alone if c), *((c, n) for c, n in sets if c)]))
+
+
+def _needed(best: Regression | None, columns: tuple[int, ...], preferred: NDArray[np.bool_]) -> float:
+    """Share of the best error so far that a further candidate may leave at most."""
+    if best is None:
+        return 1.0
+    from_roles = bool(best.columns) and all(preferred[c] for c in best.columns)
+    return _FOREIGN if from_roles and not all(preferred[c] for c in columns) else _SIMPLER
+
+
+def _left_out(
+    spec: EstimatorSpec | None, sample: _Sample, columns: tuple[int, ...], fit_length: int
+) -> FloatArray | None:
+    """Prediction of every row by a fit that has not seen its group, shape (n,)."""
+    marks = sample.windows[fit_length]
+    x, y = window_means(sample.x[:, list(columns)], marks), window_means(sample.y, marks)
+    group = sample.group_of(marks)
+    out = np.empty(len(sample.y))
+    for g in np.unique(sample.group):
+        train, test = group != g, sample.group == g
+        if spec is None:
+            out[test] = np.mean(y[train])
+            continue
+        model = _fitted(spec, x[train], y[train])
+        if model is None:
+            return None
+        out[test] = model.batch(sample.x[test][:, list(columns)])[:, 0]
+    return out
+
+
+def _describe(
+    spec: Fit,
+    sample: _Sample,
+    columns: tuple[int, ...],
+    fit_length: int,
+    piece: NDArray[np.intp],
+) -> Regression | None:
+    marks = sample.windows[fit_length]
+    x, y = window_means(sample.x[:, list(columns)], marks), window_means(sample.y, marks)
+    frozen = _whole(spec, x, y)
+    if spec is not None and frozen is None:
+        return None
+    weights = np.array([b - a for a, b in marks], dtype=float)
+    return Regression(
+        columns=columns,
+        frozen=frozen,
+        constant=float(np.average(y, weights=weights)),
+        low=None if _is_linear(frozen) else sample.x[:, list(columns)].min(axis=0),
+        high=None if _is_linear(frozen) else sample.x[:, list(columns)].max(axis=0),
+        dead_band=0.0,
+        estimator="constant" if spec is None else str(spec),
+        std=0.0,
+        drift=0.0,
+        explained=0.0,
+        samples=len(sample.y),
+        pieces=len(np.unique(piece)),
+        scale=0.0,
+    )
+
+
+def _helps(sample: _Sample, prediction: FloatArray) -> bool:
+    """Whether the prediction lowers the error of several groups, not by luck in one."""
+    length = np.array([b - a for a, b in sample.judge], dtype=float)
+    gain = length * (sample.judged(np.zeros(len(prediction))) ** 2 - sample.judged(prediction) ** 2)
+    group = sample.group_of(sample.judge)
+    gains = np.array([gain[group == g].sum() for g in np.unique(group)])
+    total = float(gains.sum())
+    return total > 0 and float(-gains[gains < 0].sum()) < _HARM * total and int(np.sum(gains > _SHARE * total)) > 1
+
+
+def _dead_band(sample: _Sample, prediction: FloatArray) -> float:
+    length = np.array([b - a for a, b in sample.judge], dtype=float)
+    size = float(np.sqrt(np.mean(prediction**2)))
+    errors = []
+    for share in _DEAD:
+        cut = np.where(np.abs(prediction) < share * size, 0.0, prediction)
+        errors.append(float(np.sum(length * sample.judged(cut) ** 2)))
+    return _DEAD[int(np.argmin(errors))] * size

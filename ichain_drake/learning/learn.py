@@ -1,0 +1,165 @@
+"""From unordered demonstration pieces with active flags to an `InteractionModel`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.agreement import disagreements
+from ichain_drake.learning.data import GraphData, collect
+from ichain_drake.learning.effects.alignment import learn_alignment
+from ichain_drake.learning.effects.effects import MOVING, learn_effects
+from ichain_drake.learning.known import KnownObject, KnownParts, joined_examples, typical_row
+from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.noise import measurement_std
+from ichain_drake.learning.passive import PassiveDynamics, learn_passive
+from ichain_drake.learning.spec import InteractionSpec
+from ichain_drake.learning.status.customary import learn_customary
+from ichain_drake.learning.status.events import collect_examples
+from ichain_drake.learning.status.status import learn_status
+from ichain_drake.learning.tick import LearnedInteraction
+from ichain_drake.state import FloatArray
+
+
+def learn_interactions(
+    pieces: Sequence[Demonstration],
+    graph: InteractionGraph,
+    spec: InteractionSpec | None = None,
+    known: KnownParts | None = None,
+) -> InteractionModel:
+    """Learn everything about a graph (paper sec. V, VI), or what is not known yet.
+
+    Args:
+        pieces: unordered demonstrations; each holds all objects and a flag column per interaction. What is known need
+            not be shown in any; where nothing is left to be learned there may be none.
+        graph: objects with kinds and roles, and the interactions.
+        spec: candidate estimators.
+        known: what is taken as it is (paper sec. IV, its end: one link is swapped, the others stay).
+
+    Raises:
+        InputError: on data that can't be learned from, in one line that names piece, edge and remedy.
+    """
+    # One BLAS thread: the same models in every bit for any number of processors, and faster on arrays this small.
+    with threadpool_limits(limits=1, user_api="blas"):
+        known = known or KnownParts()
+        if not pieces and known.is_whole(graph):
+            return _assembled(graph, known)
+        return _learn(pieces, graph, spec or InteractionSpec(), known)
+
+
+def contradicted(pieces: Sequence[Demonstration], graph: InteractionGraph, known: KnownParts) -> dict[Interaction, str]:
+    """Known interactions that demonstrations contradict, with what differs in words; see `disagreements`.
+
+    Raises:
+        InputError: on pieces that can't be read as the graph's.
+    """
+    return disagreements(collect(pieces, graph, known.edges), known) if pieces else {}
+
+
+def _assembled(graph: InteractionGraph, known: KnownParts) -> InteractionModel:
+    """A model of known parts alone."""
+    about = {n: known.objects[n] for n in graph.objects}
+    typical = {n: o.typical for n, o in about.items()}
+    return InteractionModel(
+        graph=graph,
+        edges={
+            e: replace(
+                known.edges[e], examples=joined_examples(known.edges[e].examples, None, typical, elsewhere=False)
+            )
+            for e in graph.interactions
+        },
+        passive={n: o.passive for n, o in about.items() if o.passive is not None},
+        low={n: o.low for n, o in about.items()},
+        high={n: o.high for n, o in about.items()},
+        step_limit={n: o.step_limit for n, o in about.items()},
+        order=graph.interactions,
+        noise={n: o.noise for n, o in about.items()},
+        pieces=(),
+    )
+
+
+def _learn(
+    pieces: Sequence[Demonstration], graph: InteractionGraph, spec: InteractionSpec, known: KnownParts
+) -> InteractionModel:
+    started = time.perf_counter()
+    data = collect(pieces, graph, known.edges)
+    about, taken = known.objects, known.edges
+    noise = {n: about[n].noise if n in about else measurement_std(data, n) for n in data.spaces}
+    children = [n for n in graph.objects if n != graph.root]
+    alignments = {e: taken[e].alignment if e in taken else learn_alignment(data, e, noise) for e in data.edges}
+    passive = {n: _passive(known, n) or learn_passive(data, n, spec, noise) for n in children}
+    effects = {e: learned.effects for e, learned in taken.items()}
+    for child in children:
+        theirs = {e: learned.effects for e, learned in taken.items() if e.child == child}
+        effects |= learn_effects(data, child, passive[child], alignments, spec, noise, theirs)
+    typical = {n: typical_row(data.stacked(n)) for n in data.spaces}
+    edges = {}
+    for e in graph.interactions:
+        if e in taken:
+            shown = joined_examples(
+                taken[e].examples, collect_examples(data, e), typical, elsewhere=e in known.elsewhere
+            )
+            edges[e] = replace(taken[e], examples=shown)
+            continue
+        seen = data.stacked(e.parent)[data.flag(e)]
+        status = learn_status(data, e, alignments, spec, noise, {f.variable for f in effects[e]})
+        edges[e] = LearnedInteraction(
+            status,
+            learn_customary(data, e, alignments, status, noise),
+            effects[e],
+            alignments[e],
+            collect_examples(data, e),
+            seen.min(axis=0),
+            seen.max(axis=0),
+            _active_step(data, e, noise[e.parent]),
+        )
+    return InteractionModel(
+        graph=graph,
+        edges=edges,
+        passive=passive,
+        low={n: np.min([data.stacked(n).min(axis=0), *(o.low for o in _of(known, n))], axis=0) for n in data.spaces},
+        high={n: np.max([data.stacked(n).max(axis=0), *(o.high for o in _of(known, n))], axis=0) for n in data.spaces},
+        step_limit={
+            n: np.max([_step_limit(data, n), *(o.step_limit for o in _of(known, n))], axis=0) for n in data.spaces
+        },
+        order=data.edges,
+        noise=noise,
+        pieces=tuple(p.name for p in pieces),
+        wall_seconds=time.perf_counter() - started,
+    )
+
+
+def _of(known: KnownParts, obj: str) -> list[KnownObject]:
+    """What is known of an object: one entry or none."""
+    return [known.objects[obj]] if obj in known.objects else []
+
+
+def _passive(known: KnownParts, obj: str) -> PassiveDynamics | None:
+    return known.objects[obj].passive if obj in known.objects else None
+
+
+def _active_step(data: GraphData, edge: Interaction, noise: FloatArray) -> FloatArray:
+    """Largest change of the parent in a tick while an interaction is active, shape (n_parent,); 0 where it is noise."""
+    space = data.spaces[edge.parent]
+    steps = [
+        space.difference(s[1:], s[:-1])[f[1:] & f[:-1]]
+        for s, f in ((p.states[edge.parent], p.flags[edge]) for p in data.pieces)
+    ]
+    changes = np.abs(np.vstack(steps))
+    if not len(changes):
+        return np.zeros(len(space))
+    moves = np.sqrt(np.mean(changes**2, axis=0)) >= MOVING * np.sqrt(2.0) * noise
+    return np.where(moves, changes.max(axis=0), 0.0)
+
+
+def _step_limit(data: GraphData, obj: str) -> FloatArray:
+    """Largest change of each variable in a tick, shape (n_variables,); angles the short way round."""
+    space = data.spaces[obj]
+    steps = [np.abs(space.difference(p.states[obj][1:], p.states[obj][:-1])).max(axis=0) for p in data.pieces]
+    return np.max(steps, axis=0)

@@ -1,0 +1,249 @@
+"""A learned interaction graph: status, effects and passive dynamics of every object, as one batched numpy model."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import networkx as nx
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ichain_drake.errors import ActiveCycleError, InputError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.batch import flatten, forced_status
+from ichain_drake.learning.passive import PassiveDynamics
+from ichain_drake.learning.tick import LearnedInteraction, advance, effects_of
+from ichain_drake.state import FloatArray
+from ichain_drake.timing import TICK
+
+BoolArray = NDArray[np.bool_]
+States = Mapping[str, FloatArray]
+Status = Mapping[Interaction, ArrayLike]
+
+
+@dataclass(frozen=True)
+class InteractionModel:
+    """Forward models and status classifiers of a graph, learned from unordered demonstrations (paper sec. V).
+
+    States are mappings of every object to arrays of shape (..., n_observable_variables); leading dimensions are a
+    batch. An interaction acts in the tick from t to t + 1 if it is active at the tick's end, as the flags of the
+    demonstrations say it.
+
+    Attributes:
+        graph: the interaction graph.
+        edges: what was learned about each interaction.
+        passive: passive dynamics of each object but the root.
+        low, high: range of each object's states in the demonstrations, shape (n_variables,).
+        step_limit: largest change in a tick that the demonstrations show, shape (n_variables,).
+        order: interactions in canonical order, in which effects are added up.
+        noise: standard deviation of a reading, per object, shape (n_variables,).
+        pieces: names of the pieces that it was learned from.
+        wall_seconds: time that learning took [s].
+    """
+
+    graph: InteractionGraph
+    edges: dict[Interaction, LearnedInteraction]
+    passive: dict[str, PassiveDynamics]
+    low: dict[str, FloatArray]
+    high: dict[str, FloatArray]
+    step_limit: dict[str, FloatArray]
+    order: tuple[Interaction, ...]
+    noise: dict[str, FloatArray]
+    pieces: tuple[str, ...]
+    wall_seconds: float = field(default=0.0, compare=False)
+
+    def decide(self, edge: Interaction, states: States) -> FloatArray:
+        """Decision value of an interaction's status, shape (...): >= 0 means active.
+
+        Args:
+            edge: the interaction.
+            states: of at least the child and its parents, shape (..., n_variables) each.
+
+        Raises:
+            InputError: if the graph has no such interaction, or a state is missing.
+        """
+        learned = self._edge(edge)
+        rows, shape = flatten(states, self._around(edge.child), self.graph)
+        return learned.status.decide(rows).reshape(shape)
+
+    def active(self, states: States, previous: Status | None = None) -> dict[Interaction, BoolArray]:
+        """Which interactions are active, shape (...) each.
+
+        Args:
+            states: of every object.
+            previous: the status one tick before, for hysteresis.
+        """
+        rows, shape = flatten(states, tuple(self.graph.objects), self.graph)
+        n = len(next(iter(rows.values())))
+        before = forced_status(previous, self.graph, shape, n)
+        return {e: self.edges[e].status.active(rows, before.get(e)).reshape(shape) for e in self.graph.interactions}
+
+    def effect(self, edge: Interaction, states: States, parent_next: ArrayLike) -> FloatArray:
+        """What an interaction adds to the child's passive change in a tick, shape (..., n_child), were it active.
+
+        Args:
+            edge: the interaction.
+            states: of parent and child at t, shape (..., n_variables) each.
+            parent_next: the parent's state at t + 1, shape (..., n_parent).
+        """
+        learned = self._edge(edge)
+        both = {**{n: states[n] for n in (edge.parent, edge.child) if n in states}, "": np.asarray(parent_next, float)}
+        rows, shape = flatten(both, (edge.parent, edge.child, ""), self.graph, {"": edge.parent})
+        return effects_of(learned, rows[edge.parent], rows[""], rows[edge.child]).reshape(*shape, -1)
+
+    def step(
+        self,
+        states: States,
+        root_next: ArrayLike,
+        active: Status | None = None,
+        previous: Status | None = None,
+        time: float | None = None,
+        *,
+        strict: bool = True,
+    ) -> tuple[dict[str, FloatArray], dict[Interaction, BoolArray]]:
+        """One tick.
+
+        Where an interaction is neither forced nor known from before, it was active if its classifier says so at t. It
+        goes on if it is still active in the state that it leads to, and begins if the parent at t + 1 and the child at
+        t make it active.
+
+        Args:
+            states: of every object at t, shape (..., n_variables).
+            root_next: state of the root at t + 1, shape (..., n_root).
+            active: status to take as given, for some interactions.
+            previous: status at t, for some interactions.
+            time: at the tick's end, named in the error [s].
+            strict: whether to refuse a cycle of active interactions; else each sees what the others were before.
+
+        Returns:
+            The states at t + 1, and the status of every interaction at t + 1, shape (...).
+
+        Raises:
+            InputError: if a state is missing or has a wrong length.
+            ActiveCycleError: if interactions that are active at t + 1 form a cycle.
+        """
+        every = tuple(self.graph.objects)
+        joined = {**states, "": np.asarray(root_next, dtype=float)}
+        rows, shape = flatten(joined, (*every, ""), self.graph, {"": self.graph.root})
+        after = {self.graph.root: rows.pop("")}
+        n = len(after[self.graph.root])
+        forced = forced_status(active, self.graph, shape, n)
+        before = forced_status(previous, self.graph, shape, n)
+        on: dict[Interaction, BoolArray] = {}
+        for members in self.graph.components:
+            if members == (self.graph.root,):
+                continue
+            # In a cycle the first sweep sees some parents at t; each further sweep brings news one object on.
+            for _ in range(len(members)):
+                for child in self._sweep(members):
+                    after[child] = advance(
+                        self.edges, self._incoming[child], self.passive[child], rows, after, forced, before, on
+                    )
+        if strict:
+            self._refuse_cycles(on, time)
+        return (
+            {name: after[name].reshape(*shape, -1) for name in every},
+            {e: on[e].reshape(shape) for e in self.graph.interactions},
+        )
+
+    def rollout(
+        self, states: States, root_path: ArrayLike, active: Status | None = None, previous: Status | None = None
+    ) -> tuple[dict[str, FloatArray], dict[Interaction, BoolArray]]:
+        """Many ticks, each from what the one before predicted; arguments as in `step`.
+
+        Args:
+            states: of every object at the start, shape (..., n_variables).
+            root_path: states of the root from the first tick's end on, shape (n_ticks, ..., n_root).
+            active: status to take as given, for some interactions, in all ticks.
+            previous: status at the start.
+
+        Returns:
+            States, shape (n_ticks + 1, ..., n_variables) each with the start, and status, shape (n_ticks, ...).
+
+        Raises:
+            InputError, ActiveCycleError: as `step`.
+        """
+        path = np.asarray(root_path, dtype=float)
+        now: dict[str, FloatArray] = {n: np.asarray(states[n], dtype=float) for n in self.graph.objects}
+        trace, status = [now], []
+        known = previous
+        for tick, root_next in enumerate(path, start=1):
+            now, known = self.step(now, root_next, active, known, tick * TICK)
+            trace.append(now)
+            status.append(known)
+        start = {n: np.broadcast_to(trace[0][n], trace[-1][n].shape) for n in self.graph.objects}
+        return (
+            {n: np.stack([start[n], *(t[n] for t in trace[1:])]) for n in self.graph.objects},
+            {e: np.array([s[e] for s in status]) for e in self.graph.interactions},
+        )
+
+    def spread(self, child: str, active: Sequence[Interaction]) -> FloatArray:
+        """Standard deviation of a one-tick prediction while some edges are active, shape (n_variables,)."""
+        variance = np.array([v.std**2 for v in self.passive[child].variables])
+        for e in active:
+            for effect in self._edge(e).effects:
+                if e.child == child:
+                    variance[effect.variable] = max(variance[effect.variable], effect.regression.std**2)
+        for i, v in enumerate(self.passive[child].variables):
+            if v.kind == "change":
+                variance[i] = variance[v.amount] + self.noise[child][i] ** 2
+        return np.sqrt(variance)
+
+    def customary(self, edge: Interaction) -> tuple[str, ...]:
+        """What always held while an interaction was active, in words, without being known to matter; see `Customary`.
+
+        Raises:
+            InputError: if there is no such interaction.
+        """
+        return self._edge(edge).customary.labels
+
+    def cautious(self, edges: Collection[Interaction]) -> InteractionModel:
+        """The same model, in which some interactions are active only under their customary conditions.
+
+        Raises:
+            InputError: if there is no such interaction.
+        """
+        return replace(self, edges={**self.edges, **{e: self._edge(e).cautious() for e in edges}})
+
+    def report(self) -> dict[str, object]:
+        """Figures and warnings of every model; see `report`."""
+        from ichain_drake.learning.report import report  # noqa: PLC0415 - it describes this class
+
+        return report(self)
+
+    @cached_property
+    def _incoming(self) -> dict[str, tuple[Interaction, ...]]:
+        return {n: tuple(e for e in self.order if e.child == n) for n in self.graph.objects}
+
+    def _sweep(self, members: tuple[str, ...]) -> tuple[str, ...]:
+        """Members of a cycle, those nearest to the root first; ties in canonical order of their interactions."""
+        if len(members) == 1:
+            return members
+        return tuple(sorted(members, key=lambda n: (len(self.graph.chain(n)), self.order.index(self._incoming[n][0]))))
+
+    @cached_property
+    def _cycles(self) -> list[list[Interaction]]:
+        rings = nx.simple_cycles(self.graph.digraph)
+        return [[Interaction(a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)] for ring in rings]
+
+    def _refuse_cycles(self, on: Mapping[Interaction, BoolArray], time: float | None) -> None:
+        for ring in self._cycles:
+            rows = np.flatnonzero(np.all([on[e] for e in ring], axis=0))
+            if len(rows):
+                when = "" if time is None else f" at t = {time:.3f} s"
+                where = "" if len(on[ring[0]]) == 1 else f" in row {rows[0]}"
+                names = ", ".join(e.name for e in ring)
+                raise ActiveCycleError(
+                    f"active interactions form a cycle{when}{where}: {names}; deactivate one of them"
+                )
+
+    def _around(self, child: str) -> tuple[str, ...]:
+        return (child, *self.graph.parents(child))
+
+    def _edge(self, edge: Interaction) -> LearnedInteraction:
+        if edge not in self.edges:
+            known = ", ".join(e.name for e in self.edges)
+            raise InputError(f"there is no learned interaction {getattr(edge, 'name', edge)!s}; learned are {known}")
+        return self.edges[edge]

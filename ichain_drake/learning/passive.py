@@ -1,0 +1,144 @@
+"""Passive dynamics: what an object does while nothing acts on it (paper sec. V)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ichain_drake.learning.data import GraphData
+from ichain_drake.learning.effects.fitted import Regression
+from ichain_drake.learning.effects.regression import choose_regression
+from ichain_drake.learning.spec import InteractionSpec
+from ichain_drake.state import FloatArray, StateSpace, wrap_angle
+
+PassiveKind = Literal["hold", "constant", "learned", "change"]
+
+_CONSTANT = 0.35  # share of the error of holding below which the variable falls back to a constant instead
+_LEAST_ROWS = 5
+
+
+@dataclass(frozen=True)
+class PassiveVariable:
+    """Passive dynamics of one variable.
+
+    Attributes:
+        kind: it keeps its value, goes to a constant, drifts as learned, or is the change of an amount (not learned).
+        value: the constant.
+        drift: for `learned`: the change in a tick from `inputs` of the object's own state.
+        inputs: indices of the object's variables that `drift` sees.
+        amount: for `change`: index of the amount.
+        std: standard deviation of one tick's residual, in the variable's unit.
+        samples: number of passive ticks seen.
+    """
+
+    kind: PassiveKind
+    value: float = 0.0
+    drift: Regression | None = None
+    inputs: tuple[int, ...] = ()
+    amount: int = -1
+    std: float = 0.0
+    samples: int = 0
+
+
+@dataclass(frozen=True)
+class PassiveDynamics:
+    """Passive dynamics of an object.
+
+    Attributes:
+        space: its observable state space.
+        variables: one entry a variable.
+    """
+
+    space: StateSpace
+    variables: tuple[PassiveVariable, ...]
+
+    def __call__(self, state: FloatArray) -> FloatArray:
+        """The state one tick later while nothing acts, shape (n, n_variables), from one of the same shape.
+
+        A change is given as 0: `settle` computes it once the amount is known.
+        """
+        out = np.array(state, dtype=float)
+        for i, v in enumerate(self.variables):
+            if v.kind == "constant":
+                out[:, i] = v.value
+            elif v.kind == "change":
+                out[:, i] = 0.0
+            elif v.drift is not None:
+                out[:, i] += v.drift(state[:, list(v.inputs)])
+        return out
+
+    def settle(self, state: FloatArray, after: FloatArray) -> FloatArray:
+        """Keep a predicted state within its declared bounds and compute changes from amounts; in place."""
+        after[...] = self.space.clip(after)
+        if self.space.angle_mask.any():
+            after[:, self.space.angle_mask] = wrap_angle(after[:, self.space.angle_mask])
+        for i, v in enumerate(self.variables):
+            if v.kind == "change":
+                after[:, i] = after[:, v.amount] - state[:, v.amount]
+        return after
+
+
+def learn_passive(data: GraphData, obj: str, spec: InteractionSpec, noise: Mapping[str, FloatArray]) -> PassiveDynamics:
+    """Passive dynamics of an object, from the ticks in which no interaction acts on it."""
+    space = data.spaces[obj]
+    return PassiveDynamics(space, tuple(_learn_variable(data, obj, i, spec, noise[obj]) for i in range(len(space))))
+
+
+def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, noise: FloatArray) -> PassiveVariable:
+    space = data.spaces[obj]
+    role = space.variables[i].role
+    if role is not None and role.kind == "change":
+        return PassiveVariable("change", amount=space.index(role.of), std=float(noise[i]))
+    before, after, lagged, piece, row = [], [], [], [], []
+    for k, p in enumerate(data.pieces):
+        busy = np.any([p.flags[e] for e in data.incoming(obj)], axis=0)
+        states = p.states[obj]
+        quiet = np.flatnonzero(~busy[1:])
+        before.append(states[quiet])
+        after.append(states[quiet + 1])
+        # With the reading before: the noise of a reading that also starts the change would look like a return to rest.
+        quiet = np.flatnonzero(~busy[:-2] & ~busy[1:-1] & ~busy[2:])
+        lagged.append((states[quiet], states[quiet + 1], states[quiet + 2]))
+        piece.append(np.full(len(quiet), k))
+        row.append(quiet)
+    start, end = np.vstack(before), np.vstack(after)
+    if len(start) < _LEAST_ROWS:
+        return PassiveVariable("hold", std=float(noise[i]), samples=len(start))
+    change = space.difference(end, start)[:, i]
+    middle = float(np.median(end[:, i]))
+    held, around = float(np.mean(change**2)), float(np.mean((end[:, i] - middle) ** 2))
+    if around < _CONSTANT * held:
+        return PassiveVariable("constant", value=middle, std=max(np.sqrt(around), noise[i]), samples=len(start))
+    drift = None
+    columns = [j for j in data.variables[obj] if not _is_change(space, j)]
+    earlier, first, second = (np.vstack([part[k] for part in lagged]) for k in range(3))
+    if len(first):
+        drift = choose_regression(
+            _instrumented(first[:, columns], earlier[:, columns]),
+            space.difference(second, first)[:, i],
+            np.concatenate(piece),
+            np.concatenate(row),
+            spec.effect_estimators[:1],
+            spec.window,
+            np.ones(len(columns), dtype=bool),
+        )
+    if drift is not None:
+        inputs = tuple(columns[c] for c in drift.columns)
+        return PassiveVariable("learned", drift=drift, inputs=inputs, std=drift.std, samples=len(start))
+    return PassiveVariable("hold", std=float(np.sqrt(held)), samples=len(start))
+
+
+def _instrumented(now: FloatArray, earlier: FloatArray) -> FloatArray:
+    """Each column as its own earlier reading predicts it: two-stage least squares, free of the reading's own noise."""
+    middle_now, middle = now.mean(axis=0), earlier.mean(axis=0)
+    spread = np.sum((earlier - middle) ** 2, axis=0)
+    slope = np.sum((now - middle_now) * (earlier - middle), axis=0) / np.where(spread > 0, spread, 1.0)
+    return middle_now + slope * (earlier - middle)
+
+
+def _is_change(space: StateSpace, index: int) -> bool:
+    role = space.variables[index].role
+    return role is not None and role.kind == "change"

@@ -1,0 +1,112 @@
+"""What was learned, on what evidence, and where the demonstrations don't pin it down."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.tick import LearnedInteraction
+
+_LEAST_EVENTS = 3
+_LEAST_PIECES = 3
+_GOOD_STATUS, _GOOD_EVENTS, _GOOD_BLOCKS = 0.9, 0.5, 0.9
+
+
+def report(model: InteractionModel) -> dict[str, Any]:
+    """Figures of every model as plain numbers and texts, ready for JSON.
+
+    Returns:
+        `pieces`, `passive` per object and variable, `interactions` per edge with `status`, `effects`, `events` and
+        `warnings`, and all `warnings` in one list.
+    """
+    edges = {e.name: _edge(model, e, model.edges[e]) for e in model.graph.interactions}
+    passive = {
+        obj: {
+            name: {"kind": v.kind, "std": float(v.std), "samples": v.samples, **_passive_detail(p, v)}
+            for name, v in zip(p.space.names, p.variables, strict=True)
+        }
+        for obj, p in model.passive.items()
+    }
+    return {
+        "pieces": list(model.pieces),
+        "passive": passive,
+        "interactions": edges,
+        "warnings": [w for e in edges.values() for w in e["warnings"]],
+    }
+
+
+def _passive_detail(dynamics: Any, variable: Any) -> dict[str, Any]:
+    if variable.kind == "constant":
+        return {"value": float(variable.value)}
+    if variable.drift is not None:
+        inputs = [dynamics.space.names[i] for i in variable.inputs]
+        return {"columns": inputs, "estimator": variable.drift.estimator, "score": variable.drift.explained}
+    return {}
+
+
+def _edge(model: InteractionModel, edge: Interaction, learned: LearnedInteraction) -> dict[str, Any]:
+    names = model.graph.objects[edge.child].observable.names
+    status = learned.status
+    effects = {
+        names[e.variable]: {
+            "samples": e.regression.samples,
+            "pieces": e.regression.pieces,
+            "columns": [c.label for c in e.columns],
+            "estimator": e.regression.estimator,
+            "score": e.regression.explained,
+            "std": e.regression.std,
+            "drift_std": e.regression.drift,
+            "dead_band": e.regression.dead_band,
+        }
+        for e in learned.effects
+    }
+    return {
+        "status": {
+            "samples": status.samples,
+            "positives": status.positives,
+            "columns": [i.label for i in status.inputs],
+            "customary": list(learned.customary.labels),
+            "estimator": status.estimator,
+            "margin": status.margin,
+            "f1": status.score,
+            "event_f1": status.event_score,
+            "block_score": status.block_score,
+        },
+        "effects": effects,
+        "events": {
+            "activations": len(learned.examples.activations),
+            "deactivations": len(learned.examples.deactivations),
+        },
+        "warnings": _warnings(model, edge, learned),
+    }
+
+
+def _warnings(model: InteractionModel, edge: Interaction, learned: LearnedInteraction) -> list[str]:
+    out = []
+    status, examples = learned.status, learned.examples
+    for what, events, remedy in (
+        ("activated", examples.activations, f"a piece in which {edge.parent} starts to act on {edge.child}"),
+        ("deactivated", examples.deactivations, f"a piece in which {edge.parent} stops to act on {edge.child}"),
+    ):
+        if len(events) < _LEAST_EVENTS:
+            out.append(f"{edge.name}: {what} only {len(events)} times in all pieces; add {remedy}")
+    if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS or status.block_score < _GOOD_BLOCKS:
+        out.append(
+            f"{edge.name}: on pieces left out, its status is told with F1 {status.score:.2f}, its switching with "
+            f"{status.event_score:.2f}; add a boundary sweep: a piece that slowly crosses the border of where "
+            f"{edge.parent} acts on {edge.child}, in each direction"
+        )
+    if not learned.effects:
+        out.append(
+            f"{edge.name}: active without any visible effect on {edge.child}; add a piece in which {edge.parent} "
+            f"clearly changes {edge.child} while active, or remove the edge"
+        )
+    names = model.graph.objects[edge.child].observable.names
+    for effect in learned.effects:
+        if effect.regression.pieces < _LEAST_PIECES:
+            out.append(
+                f"{edge.name}: its effect on {edge.child}.{names[effect.variable]} shows in "
+                f"{effect.regression.pieces} piece(s); add one from another start so that there are {_LEAST_PIECES}"
+            )
+    return out

@@ -1,0 +1,55 @@
+"""What a scenario declares about learning a graph: lists of estimators to choose from, by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ichain_drake.errors import InputError
+from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning.status.box import BoxClassifier
+
+
+def _specs(*texts: str) -> tuple[EstimatorSpec, ...]:
+    return tuple(EstimatorSpec.parse(text) for text in texts)
+
+
+def make_classifier(spec: EstimatorSpec) -> Any:
+    """A new classifier by name: `box`, or one that `make_estimator` knows.
+
+    Raises:
+        InputError: on an unknown name or parameter.
+    """
+    if spec.name != "box":
+        return spec.make()
+    unknown = set(spec.parameters) - {"reach"}
+    if unknown:
+        raise InputError(f"estimator box has no parameter {sorted(unknown)[0]!r}; it has reach")
+    return BoxClassifier(**spec.parameters)
+
+
+@dataclass(frozen=True)
+class InteractionSpec:
+    """Candidates for every model of a graph; the data choose.
+
+    Attributes:
+        effect_estimators: regressors, simpler ones first: a later one must be clearly better to be taken.
+        status_estimators: classifiers with a decision function that can be frozen (see `learning.frozen.FREEZABLE`);
+            beside those of the library `box` (see `BoxClassifier`).
+        window: effects are judged over this many successive ticks [ticks]: slow ones drown in one tick's noise.
+    """
+
+    effect_estimators: tuple[EstimatorSpec, ...] = _specs(
+        "polynomial(degree=1, clip=None)",
+        "rectified_linear()",
+        "polynomial(degree=2, clip=None)",
+        "kernel_ridge(alpha=0.03, gamma=0.3)",
+    )
+    status_estimators: tuple[EstimatorSpec, ...] = _specs(
+        "box(reach=0.3)",
+        "SVC(C=30.0, gamma=1.0, class_weight='balanced')",
+        "SVC(C=300.0, gamma=0.3, class_weight='balanced')",
+        "SVC(C=300.0, gamma=1.0, class_weight='balanced')",
+        "SVC(C=300.0, gamma=3.0, class_weight='balanced')",
+    )
+    window: int = 12

@@ -1,0 +1,1 @@
+"""Controls that a hand holds: a joystick, a steering wheel."""

@@ -1,0 +1,1 @@
+"""Parts of appliances, and what is put into them."""

@@ -1,0 +1,1 @@
+"""What a stick or a wheel drives: cars, a hovercraft, a ship."""

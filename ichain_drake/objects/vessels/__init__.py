@@ -1,0 +1,1 @@
+"""What holds water: cups, kettles, tanks."""

@@ -1,0 +1,136 @@
+"""The tank of a water dispenser: a cup is poured into it, it heats, it lets water out (paper sec. VI)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from ichain_drake.errors import InputError
+from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.objects.parents import level_index, position_indices
+from ichain_drake.objects.region import Region
+from ichain_drake.objects.vessels.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill
+from ichain_drake.state import FloatArray, StateSpace, Variable
+
+_THRESHOLD = 3  # a level above it triggers (paper sec. VI)
+
+
+@dataclass(frozen=True)
+class TankSettings:
+    """What a scenario gives about a tank.
+
+    Attributes:
+        inlet: where the mouth of a cup must be to pour into the tank, in the robot's frame.
+        drain_rate: amount that leaves in a second while dispensing (paper sec. VI: 1/16).
+        heat_rate: rise of temperature in a second while heating (paper sec. VI: 1/80).
+        drain, heater: names of the two buttons among the parents; empty for none.
+        camera: frame in which cups are seen.
+    """
+
+    inlet: Region = field(default_factory=lambda: Region((0.68, 0.06, 0.37), (0.04, 0.04, 0.07)))
+    drain_rate: float = 1.0 / 16.0
+    heat_rate: float = 1.0 / 80.0
+    drain: str = "dispense"
+    heater: str = "power"
+    camera: CameraFrame = field(default_factory=CameraFrame)
+
+
+class Tank(WorldObject):
+    """The tank. Its parents: cups that pour into it, and two buttons.
+
+    Args:
+        tank: see `TankSettings`.
+        parents, initial, settings: see `WorldObject`.
+
+    Raises:
+        InputError: if a button that `tank` names is no parent or has no level, or a parent is neither button nor cup.
+    """
+
+    state_space: ClassVar[StateSpace]
+
+    @staticmethod
+    def space(givers: Sequence[str] = ("cup",)) -> StateSpace:
+        """The state space of a tank that certain cups pour into."""
+        hidden = (Variable("heat_added", hidden=True), *bookkeeping(givers))
+        return StateSpace("tank", (*contents("amount"), *hidden))
+
+    def __init__(
+        self,
+        name: str,
+        parents: Mapping[str, StateSpace],
+        initial: FloatArray | None = None,
+        settings: ObjectSettings | None = None,
+        tank: TankSettings | None = None,
+    ) -> None:
+        self.tank = tank or TankSettings()
+        buttons = {self.tank.drain, self.tank.heater} - {""}
+        self._levels = {b: level_index(parents, b, name, "a button that acts on it") for b in sorted(buttons)}
+        cups = [p for p in parents if p not in buttons]
+        for cup in cups:
+            if "flow" not in parents[cup].names:
+                raise InputError(f"{name}: its parent {cup} is neither one of its buttons nor a vessel")
+        self.state_space = self.space(cups)  # type: ignore[misc]
+        super().__init__(name, parents, initial, settings)
+        self._exchange = Exchange(name, self.state_space, parents)
+        self._heat = self.state_space.index("heat_added")
+        self._cups = {c: position_indices(parents[c], "xyz", name, c) for c in cups}
+
+    def state_at(self, amount: float, temperature: float) -> FloatArray:
+        """A state with this content, at rest, shape (n_variables,).
+
+        Raises:
+            InputError: if a value is outside 0..1.
+        """
+        state = np.zeros(len(self.state_space))
+        fill(self.state_space, state, amount, temperature, self.get_name())
+        return state
+
+    def default_state(self) -> FloatArray:
+        """Empty and cold."""
+        return np.zeros(len(self.state_space))
+
+    def step(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float
+    ) -> FloatArray:
+        """Take what is poured, let out, then heat what is there."""
+        s = np.asarray(state, dtype=float).T
+        out = np.zeros_like(s[0])
+        if self.tank.drain:
+            out = np.asarray(active[self.tank.drain]).T * np.minimum(dt * self.tank.drain_rate, s[0])
+        new = self._exchange.step(s, parents, out)
+        if self.tank.heater:
+            heated = np.minimum(new[1] + np.asarray(active[self.tank.heater]).T * dt * self.tank.heat_rate, 1.0)
+            new[self._heat] += new[0] * (heated - new[1])
+            new[1] = heated
+        return new.T
+
+    def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
+        """Tell the cups whether it takes what they give."""
+        new = np.array(state, dtype=float)
+        self._exchange.show(new, active)
+        return new
+
+    def decide_active(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool], touch: float | None
+    ) -> Mapping[str, bool]:
+        """A cup while its mouth is above the inlet; a button while its level is above 3 (paper sec. VI)."""
+        on = {}
+        for parent in self.parents:
+            if parent in self._cups:
+                mouth = self.tank.camera.to_robot(parents[parent][self._cups[parent]])
+                on[parent] = self.tank.inlet.holds(mouth.tolist(), active[parent])
+            else:  # the level itself has hysteresis
+                on[parent] = bool(parents[parent][self._levels[parent]] > _THRESHOLD)
+        return on
+
+    def measure(self, state: FloatArray, noise: FloatArray) -> FloatArray:
+        """Amount, temperature and change with noise."""
+        read = state[..., self._observable] + AMOUNT_NOISE * noise
+        return np.clip(read, [0.0, 0.0, -CAPACITY], CAPACITY)
+
+
+Tank.state_space = Tank.space()

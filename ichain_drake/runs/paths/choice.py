@@ -1,0 +1,63 @@
+"""The paths of a run: a scenario's own or a user's, checked before any work starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ichain_drake.control.tracking.path import PathLimits, TimedPath, check_points, read_path
+from ichain_drake.errors import InputError
+from ichain_drake.scenarios.base import PathScenario
+from ichain_drake.state import FloatArray
+
+_MOST_POINTS = 10**6
+
+
+def choose_paths(scenario: PathScenario, names: Sequence[str] = (), file: Path | None = None) -> dict[str, TimedPath]:
+    """The paths of a run: reference paths by name (default all), or one from a CSV file.
+
+    Raises:
+        InputError: on an unknown name, a bad file, or a point outside the plane.
+    """
+    limits = scenario.path_limits()
+    if file is not None:
+        points = read_path(file, scenario.target_variables)
+        _check_inside(points, scenario, str(file))
+        _check_length(points, limits, str(file), scenario.unit)
+        return {file.stem: TimedPath(points, limits)}
+    known = scenario.reference_paths()
+    for name in names:
+        if name not in known:
+            raise InputError(f"{scenario.name} has no path {name!r}; it has {', '.join(known)}")
+    chosen = {n: known[n] for n in (names or known)}
+    for name, points in chosen.items():
+        check_points(points, f"path {name}", scenario.target_variables)
+        _check_length(points, limits, f"path {name}", scenario.unit)
+    return {n: TimedPath(p, limits) for n, p in chosen.items()}
+
+
+def _check_inside(points: FloatArray, scenario: PathScenario, where: str) -> None:
+    outside = ((points < 0) | (points > np.array(scenario.size))).any(axis=1)
+    if outside.any():
+        row = int(np.argmax(outside))
+        x, y = points[row]
+        raise InputError(
+            f"{where}: line {row + 2}: ({x:g}, {y:g}) {scenario.unit} is outside the screen of "
+            f"{scenario.size[0]:g} x {scenario.size[1]:g} {scenario.unit}"
+        )
+
+
+def _check_length(points: FloatArray, limits: PathLimits, where: str, unit: str) -> None:
+    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    if length <= limits.tolerance:
+        raise InputError(
+            f"{where}: it is {length:.3g} {unit} long; an end counts as reached within {limits.tolerance:g} {unit}, so "
+            "give a longer path"
+        )
+    if length / limits.spacing > _MOST_POINTS:
+        raise InputError(
+            f"{where}: {length:.0f} {unit} at path.spacing {limits.spacing:g} are over {_MOST_POINTS} points; give a "
+            "larger spacing"
+        )

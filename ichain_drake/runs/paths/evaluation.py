@@ -1,0 +1,309 @@
+"""`evaluate` for path-following scenarios: methods, a baseline and an oracle, over many seeds, under the same noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+from threadpoolctl import threadpool_limits
+
+from ichain_drake.control.tracking.chain import ChainController, make_controller
+from ichain_drake.demonstrations.table import Demonstration
+from ichain_drake.errors import IchainError, InputError
+from ichain_drake.graph import InteractionGraph
+from ichain_drake.learning.chain.chain import LearnedChain, LinkCandidates, learn_chain, replace_samples
+from ichain_drake.robot import Physics
+from ichain_drake.scenarios.base import PathScenario
+from ichain_drake.runs.paths.link_accuracy import HasWantedStates, first_link_graph, learn_first_link, measure_first_link
+from ichain_drake.runs.paths.choice import choose_paths
+from ichain_drake.runs.paths.following import follow, oracle_follow
+from ichain_drake.runs.paths.result import PathResult
+from ichain_drake.runs.paths.run import check_settings
+
+FULL = 500
+"""Transitions per link that the paper had (sec. IV)."""
+
+CURVE = (50, 100, 200, 500, 1000)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One row of the evaluation's table.
+
+    Attributes:
+        method: name in the report.
+        control: `inverse` or `predictive`.
+        samples: transitions per link; for `monolithic`, of the one link.
+        action: the parent's state that is the action.
+        monolithic: whether the chain's middle is left out: robot straight to the target.
+        description: in words.
+    """
+
+    method: str
+    control: str
+    samples: int = FULL
+    action: str = "next"
+    monolithic: bool = False
+    description: str = ""
+
+    @property
+    def label(self) -> str:
+        """Method and samples."""
+        return f"{self.method}@{self.samples}"
+
+
+VARIANTS: tuple[Variant, ...] = (
+    *(Variant("paper", "inverse", n, description="direct polynomial inverse at each level") for n in CURVE),
+    *(Variant("default", "predictive", n, description="learned forward model, predictive control") for n in CURVE),
+    Variant("parent_t", "inverse", action="current", description="paper's method, parent's state at t as action"),
+    Variant("parent_t_default", "predictive", action="current", description="default, parent's state at t as action"),
+    Variant("monolithic", "predictive", 2 * FULL, monolithic=True, description="robot -> target, default method"),
+    Variant("monolithic_paper", "inverse", 2 * FULL, monolithic=True, description="robot -> target, paper's method"),
+)
+ORACLE = "oracle"
+FIRST_LINK = "first_link"
+"""Not a way to follow paths: how well the chain's first link reaches wanted states of its child."""
+
+METHODS: tuple[str, ...] = (*dict.fromkeys(v.method for v in VARIANTS), ORACLE, FIRST_LINK)
+_LABELS = tuple(v.label for v in VARIANTS)
+
+
+class EvaluationInterrupted(KeyboardInterrupt):
+    """Ctrl-C in the middle of an evaluation.
+
+    Attributes:
+        found: rows and table of the seeds that were finished.
+    """
+
+    def __init__(self, found: dict[str, Any]) -> None:
+        super().__init__("interrupted")
+        self.found = found
+
+
+def check_evaluation(scenario: PathScenario, trials: int, methods: Sequence[str], jobs: int) -> None:
+    """Refuse what `evaluate_paths` would refuse, before work starts.
+
+    Raises:
+        InputError: on an unknown method, a number below 1, or bad settings.
+    """
+    if trials < 1 or jobs < 1:
+        raise InputError("--trials and --jobs: give numbers from 1")
+    for method in methods:
+        if method not in METHODS and method not in _LABELS:
+            raise InputError(
+                f"there is no method {method!r}; there are {', '.join(METHODS)}, and with a number of samples "
+                f"{', '.join(_LABELS)}"
+            )
+        if method == ORACLE and scenario.no_oracle:
+            raise InputError(f"{scenario.name} has no oracle: {scenario.no_oracle}; leave it out of --methods")
+    check_settings(scenario)
+
+
+def evaluate_paths(
+    scenario: PathScenario,
+    overrides: Sequence[str],
+    trials: int,
+    methods: Sequence[str] = (),
+    jobs: int = 1,
+    progress: Callable[[str, float | None], None] | None = None,
+) -> dict[str, Any]:
+    """Evaluate a path scenario.
+
+    Every seed has demonstrations, starts and noise of its own; within a seed all methods see the same.
+
+    Args:
+        scenario: with the first seed and the physics.
+        overrides: its settings, for the worker processes.
+        trials: number of seeds.
+        methods: only these; default all. `default` is that method at every number of samples, `default@500` at one.
+        jobs: processes; the result does not depend on it.
+        progress: called with a line and the fraction done.
+
+    Returns:
+        `rows` (one a run) and `table` (mean and spread).
+
+    Raises:
+        InputError: on an unknown method or a number below 1.
+        EvaluationInterrupted: on Ctrl-C, with the seeds that were finished.
+    """
+    check_evaluation(scenario, trials, methods, jobs)
+    chosen = list(methods) or list(METHODS)
+    seeds = [scenario.seed + k for k in range(trials)]
+    rows: list[dict[str, Any]] = []
+    work = Parallel(n_jobs=jobs, return_as="generator")(
+        delayed(_evaluate_seed)(type(scenario), tuple(overrides), scenario.physics, seed, chosen) for seed in seeds
+    )
+    try:
+        for done, found in enumerate(work, start=1):
+            rows += found
+            if progress:
+                progress(f"{done} of {trials} seeds", done / trials)
+    except KeyboardInterrupt:
+        raise EvaluationInterrupted({"rows": rows, "table": summarise(rows)}) from None
+    return {"rows": rows, "table": summarise(rows)}
+
+
+def _evaluate_seed(
+    kind: type[PathScenario], overrides: tuple[str, ...], physics: Physics, seed: int, methods: Sequence[str]
+) -> list[dict[str, Any]]:
+    """All methods on one seed, in a process of its own."""
+    with threadpool_limits(limits=1):
+        variants = [v for v in VARIANTS if v.method in methods or v.label in methods]
+        most = max([v.samples for v in variants if not v.monolithic], default=FULL)
+        scenario = kind([*overrides, f"learning.samples={most}"], physics, seed)
+        pieces = list(scenario.record_demonstrations()) if variants else []
+        whole = [scenario.monolithic_demonstration(2 * FULL)] if any(v.monolithic for v in variants) else []
+        rows: list[dict[str, Any]] = []
+        for variant in variants:
+            rows += _evaluate_variant(scenario, variant, whole if variant.monolithic else pieces)
+        if ORACLE in methods and not scenario.no_oracle:
+            for number, (name, path) in enumerate(choose_paths(scenario).items()):
+                rows.append(_row(ORACLE, 0, scenario, name, oracle_follow(scenario, name, path, number)))
+        if FIRST_LINK in methods and isinstance(scenario, HasWantedStates):
+            rows += _first_link_rows(scenario, pieces)
+        return rows
+
+
+def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) -> list[dict[str, Any]]:
+    """One row for the end of a wanted state's first tick, one for the next; errors in the child's units."""
+    graph = first_link_graph(scenario.graph, scenario.target)
+    edge = graph.interactions[0]
+    child = graph.objects[edge.child].observable
+    unit = ", ".join(dict.fromkeys(v.unit for v in child.variables))
+    # The recording of later links is not waited for: pieces come one by one.
+    shown = (p for p in (pieces or scenario.record_demonstrations()) if p.has(graph.root, graph.objects[graph.root]))
+    first = [shorten(next(shown), FULL)]
+    rows = []
+    try:
+        chain = learn_first_link(scenario, first, replace_samples(scenario.config.learning.candidates(), FULL))
+        found = measure_first_link(scenario, chain)
+    except IchainError as error:
+        return [
+            _plain_row(FIRST_LINK, FULL, scenario, f"link:{edge.name} {case}", str(error)) | {"unit": unit}
+            for case in ("moving", "rest")
+        ]
+    for case, off, true_off in (
+        ("moving", found.moving, found.true_moving),
+        ("rest", found.rest, found.true_rest),
+    ):
+        reason = "" if found.held else f"{edge.name} was not active throughout"
+        row = _plain_row(FIRST_LINK, found.samples, scenario, f"link:{edge.name} {case}", reason)
+        rows.append(row | {"success": found.held, "error": off, "true_error": true_off, "unit": unit})
+    return rows
+
+
+def shorten(piece: Demonstration, samples: int) -> Demonstration:
+    """The first transitions of a piece in which its interactions are active."""
+    flags = [name for name in piece.table.columns if "->" in name]
+    on = (piece.table[flags] > 0.5).all(axis=1).to_numpy()
+    done = np.cumsum(on[:-1] & on[1:])
+    rows = int(np.searchsorted(done, samples)) + 2
+    return replace(piece, table=piece.table.iloc[:rows])
+
+
+def _evaluate_variant(
+    scenario: PathScenario, variant: Variant, pieces: Sequence[Demonstration]
+) -> list[dict[str, Any]]:
+    paths = choose_paths(scenario)
+    try:
+        chain, controller = learn_variant(scenario, variant, pieces)
+    except IchainError as error:
+        return [_row(variant.method, variant.samples, scenario, name, None, str(error)) for name in paths]
+    return [
+        _row(variant.method, variant.samples, scenario, name, follow(scenario, chain, controller, name, path, number))
+        for number, (name, path) in enumerate(paths.items())
+    ]
+
+
+def learn_variant(
+    scenario: PathScenario, variant: Variant, pieces: Sequence[Demonstration]
+) -> tuple[LearnedChain, ChainController]:
+    """Learn and build the controller of one variant.
+
+    Raises:
+        IchainError: if it can't be learned, with the reason.
+    """
+    candidates = replace_samples(scenario.config.learning.candidates(), variant.samples)
+    candidates = {k: replace(c, action=variant.action) for k, c in candidates.items()}  # type: ignore[arg-type]
+    graph = scenario.graph
+    if variant.monolithic:
+        graph, candidates = monolithic(scenario, candidates)
+    # Nothing of what lies beyond the samples is used: not for the command map, the limits or validation either.
+    pieces = [shorten(piece, variant.samples) for piece in pieces]
+    chain = learn_chain(pieces, graph, scenario.target, scenario.target_variables, candidates)
+    control = scenario.config.control.candidates()
+    return chain, make_controller(chain, variant.control, scenario.path_limits(), control)
+
+
+def monolithic(
+    scenario: PathScenario, candidates: Mapping[str, LinkCandidates]
+) -> tuple[InteractionGraph, dict[str, LinkCandidates]]:
+    """The graph that knows nothing between robot and target, with the last link's candidates."""
+    names = scenario.graph.chain(scenario.target)
+    objects = {n: scenario.graph.objects[n] for n in (names[0], names[-1])}
+    last = candidates[f"{names[-2]}->{names[-1]}"]
+    return InteractionGraph(objects, [(names[0], names[-1])]), {f"{names[0]}->{names[-1]}": last}
+
+
+def _row(
+    method: str, samples: int, scenario: PathScenario, case: str, result: PathResult | None, reason: str = ""
+) -> dict[str, Any]:
+    if result is not None and not result.completed:
+        reason = f"left the path or stood still after {result.log.times[-1]:.1f} s"
+    row = _plain_row(method, samples, scenario, case, reason)
+    if result is None or not result.completed:
+        return row
+    return row | {"success": True, "error": result.error, "paper_metric": result.paper_metric}
+
+
+def _plain_row(method: str, samples: int, scenario: PathScenario, case: str, reason: str) -> dict[str, Any]:
+    """A row without success, of an error in the path's unit."""
+    return {
+        "method": method,
+        "samples": samples,
+        "physics": scenario.physics,
+        "case": case,
+        "seed": scenario.seed,
+        "success": False,
+        "error": None,
+        "paper_metric": None,
+        "unit": scenario.unit,
+        "reason": reason,
+    }
+
+
+def summarise(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """One line per method, samples and path: runs, completed ones, mean and spread of their error, ratio to the oracle.
+
+    The ratio is of means over the seeds that both completed.
+    """
+    if not rows:
+        return []
+    frame = pd.DataFrame(rows)
+    oracle = frame[frame.method == ORACLE].set_index(["case", "seed"])["error"]
+    table = []
+    for (method, _, case), group in frame.groupby(["method", "samples", "case"], sort=False):
+        done = group[group.success]
+        errors = done.error.astype(float)
+        both = done.join(oracle.rename("oracle_error"), on=["case", "seed"])
+        both = both.dropna(subset=["oracle_error"])
+        ratio = float(both.error.mean() / both.oracle_error.mean()) if len(both) else None
+        table.append(
+            {
+                "method": method,
+                "samples": int(group.samples.iloc[0]),
+                "case": case,
+                "runs": len(group),
+                "completed": len(done),
+                "mean_error": float(errors.mean()) if len(done) else None,
+                "std_error": float(np.std(errors)) if len(done) else None,
+                "max_error": float(errors.max()) if len(done) else None,
+                "ratio_to_oracle": ratio,
+                "unit": str(group.unit.iloc[0]),
+            }
+        )
+    return table

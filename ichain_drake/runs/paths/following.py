@@ -1,0 +1,94 @@
+"""Following one path: by a learned controller, or by the oracle for comparison."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ichain_drake.control.tracking.chain import ChainController
+from ichain_drake.control.tracking.path import TimedPath, paper_path_error, path_error
+from ichain_drake.control.tracking.systems import Controller
+from ichain_drake.errors import InputError
+from ichain_drake.learning.chain.chain import LearnedChain
+from ichain_drake.scenarios.base import PathScenario
+from ichain_drake.simulation.episode import EpisodeLog, follow_path
+from ichain_drake.runs.paths.oracle import OraclePolicy
+from ichain_drake.runs.paths.result import PathResult
+from ichain_drake.timing import TICK
+
+
+def follow(
+    scenario: PathScenario,
+    chain: LearnedChain,
+    controller: ChainController,
+    name: str,
+    path: TimedPath,
+    number: int,
+) -> PathResult:
+    """Follow one path with a learned controller.
+
+    Args:
+        scenario: makes the world.
+        chain: the learned chain; its objects' `measured` are read.
+        controller: decides.
+        name: of the path.
+        path: the timed path.
+        number: of the run; keys its noise.
+    """
+    world, prepare = scenario.make_world(path, number)
+    spaces = {n: scenario.graph.objects[n].observable for n in chain.names}
+    middle = (chain.command_lower + chain.command_upper) / 2
+    system = Controller(controller.policy, spaces, len(chain.targets), middle)
+    log, completed = follow_path(world, system, prepare, path, scenario.target, chain.targets)
+    return measure_result(scenario, name, path, log, completed, number)
+
+
+def oracle_follow(scenario: PathScenario, name: str, path: TimedPath, number: int) -> PathResult:
+    """Follow one path with the oracle: the true model, the true states, the same noise."""
+    world, prepare = scenario.make_world(path, number)
+    graph = scenario.graph
+    names = graph.chain(scenario.target)
+    hand = graph.objects[names[0]]
+    targets = [graph.objects[scenario.target].index(v) for v in scenario.target_variables]
+    chart = scenario.command_chart()
+    policy = OraclePolicy(
+        graph,
+        world.objects,
+        scenario.target,
+        targets,
+        path.limits.speed * TICK,
+        *scenario.command_range(),
+        scenario.oracle_weights,
+        chart,
+    )
+    spaces = {n: graph.objects[n] for n in names}
+    middle = np.mean(scenario.command_range(), axis=0)
+    middle = middle if chart is None else chart.to_hand(middle)
+    system = Controller(policy, spaces, 2, middle, policy.sizes)  # type: ignore[arg-type]
+    indices = scenario.target_indices()
+    log, completed = follow_path(world, system, prepare, path, scenario.target, indices, truth=names[1:])
+    if len(hand) != policy.sizes[0]:
+        raise InputError("the oracle needs a hand without hidden variables")
+    return measure_result(scenario, name, path, log, completed, number)
+
+
+def measure_result(
+    scenario: PathScenario, name: str, path: TimedPath, log: EpisodeLog, completed: bool, number: int
+) -> PathResult:
+    """How near to its path an episode was.
+
+    Args:
+        scenario: whose target followed.
+        name: of the path.
+        path: the timed path.
+        log: of the episode.
+        completed: whether the path's end was reached.
+        number: of the run; keys which positions the paper's metric draws.
+    """
+    space = scenario.graph.objects[scenario.target]
+    executed = log.states[scenario.target][:, [space.index(v) for v in scenario.target_variables]]
+    ticks = np.arange(0.0, path.time[-1] + TICK, TICK)
+    waypoints = path.at_time(np.minimum(ticks, path.time[-1]))
+    rng = np.random.default_rng([scenario.seed, number, 77])
+    return PathResult(
+        name, path, log, completed, path_error(executed, path), paper_path_error(executed, waypoints, rng)
+    )

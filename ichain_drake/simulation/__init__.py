@@ -1,0 +1,1 @@
+"""Running a world: episodes, recording, watching, real time."""

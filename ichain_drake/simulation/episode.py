@@ -1,0 +1,229 @@
+"""Running a world with a controller, and logging it: one episode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.primitives import LogVectorOutput
+
+from ichain_drake.control.tracking.path import TimedPath
+from ichain_drake.control.tracking.systems import Controller, PathFollower
+from ichain_drake.simulation.interruption import deferred_interrupt
+from ichain_drake.simulation.watching import Watcher, present_watcher
+from ichain_drake.state import FloatArray
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
+from ichain_drake.world.world import World
+
+_SEARCH_TICKS = 4.0
+_LOST_TICKS = 12.0  # a run is given up this many ticks of nominal speed away from its path
+
+Prepare = Callable[[Context], None]
+"""Puts a world's systems into their start states, given the root context."""
+
+
+@dataclass(frozen=True)
+class EpisodeLog:
+    """Everything logged in one episode, a row per 30 Hz frame.
+
+    Attributes:
+        times: [s], shape (n,).
+        states: truth of the robot and of every object, shape (n, n_variables) each.
+        measured: what their sensors gave, shape (n, n_observable) each.
+        active: truth of every object's incoming interactions, shape (n, n_parents) each.
+        command: hand command, shape (n, n_hand).
+        plant_positions: of the arm's plant, shape (n, n_q), or None.
+        extra: further logged ports by name.
+    """
+
+    times: FloatArray
+    states: Mapping[str, FloatArray]
+    measured: Mapping[str, FloatArray]
+    active: Mapping[str, FloatArray]
+    command: FloatArray
+    plant_positions: FloatArray | None = None
+    extra: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+class EpisodeInterrupted(KeyboardInterrupt):
+    """Ctrl-C in the middle of an episode.
+
+    Attributes:
+        log: what was logged up to then.
+    """
+
+    def __init__(self, log: EpisodeLog) -> None:
+        super().__init__("interrupted")
+        self.log = log
+
+
+class Episode:
+    """A world with whatever sends its hand commands, wired, logged and ready to run.
+
+    Args:
+        world: the world.
+        commander: a system with an output port `hand_command`; its input ports named after objects are connected to
+            their `measured` (or to `state`, for those in `truth`).
+        prepare: puts the world into its start state.
+        path: if given, a follower is added and feeds the commander's `target`.
+        followed: name of the object that follows the path.
+        targets: indices of its two position variables.
+        truth: names of objects whose full state the commander reads; only an oracle does.
+        lookahead: ticks of wanted positions.
+        log: whether to log; a benchmark may do without.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        commander: LeafSystem,
+        prepare: Prepare,
+        path: TimedPath | None = None,
+        followed: str = "",
+        targets: tuple[int, ...] = (),
+        truth: tuple[str, ...] = (),
+        lookahead: int = 1,
+        *,
+        log: bool = True,
+    ) -> None:
+        self.world = world
+        self.path, self.followed = path, followed
+        self._seen_by: Watcher | None = None
+        builder = DiagramBuilder()
+        builder.AddSystem(world)
+        builder.AddSystem(commander)
+        for name in world.graph.objects:
+            if commander.HasInputPort(name):
+                port = "state" if name in truth else "measured"
+                builder.Connect(world.GetOutputPort(f"{name}.{port}"), commander.GetInputPort(name))
+        builder.Connect(commander.GetOutputPort("hand_command"), world.GetInputPort("hand_command"))
+        self.follower: PathFollower | None = None
+        if path is not None:
+            space = world.graph.objects[followed].observable
+            self.follower = builder.AddSystem(PathFollower(path, space, targets, lookahead))
+            builder.Connect(world.GetOutputPort(f"{followed}.measured"), self.follower.GetInputPort("measured"))
+            builder.Connect(self.follower.GetOutputPort("target"), commander.GetInputPort("target"))
+        self._sinks = self._add_logs(builder, commander) if log else {}
+        self.diagram: Diagram = builder.Build()
+        self.simulator = Simulator(self.diagram)
+        self.context = self.simulator.get_mutable_context()
+        prepare(self.context)
+        self.simulator.Initialize()
+
+    def _add_logs(self, builder: DiagramBuilder, commander: LeafSystem) -> dict[str, LeafSystem]:
+        ports: dict[str, OutputPort] = {"command": commander.GetOutputPort("hand_command")}
+        for name in self.world.graph.objects:
+            for port in ("state", "measured", "active"):
+                if self.world.HasOutputPort(f"{name}.{port}"):
+                    ports[f"{name}.{port}"] = self.world.GetOutputPort(f"{name}.{port}")
+        if self.world.HasOutputPort("plant_positions"):
+            ports["plant_positions"] = self.world.GetOutputPort("plant_positions")
+        if self.follower is not None:
+            ports["progress"] = self.follower.GetOutputPort("progress")
+        if commander.HasOutputPort("wanted"):
+            ports["wanted"] = commander.GetOutputPort("wanted")
+        return {key: LogVectorOutput(port, builder, FRAME) for key, port in ports.items() if port.size()}
+
+    def run(self, ticks: int, stop: Callable[[Episode], bool] | None = None) -> bool:
+        """Advance tick by tick.
+
+        Args:
+            ticks: at most so many.
+            stop: asked after every tick; true ends the episode.
+
+        Returns:
+            Whether `stop` ended it.
+        """
+        start = round(self.context.get_time() / TICK)
+        with deferred_interrupt() as pressed:
+            return self._run(start, ticks, stop, pressed)
+
+    def _advance(self, tick: int, watcher: Watcher | None) -> None:
+        """To a tick, frame by frame if somebody watches, which gives the same."""
+        last = tick * FRAMES_PER_TICK
+        # Counted in frames: a number of ticks may end a rounding error before its last frame.
+        if watcher is None or not self._sinks:
+            self.simulator.AdvanceTo(last * FRAME)
+            return
+        if self._seen_by is not watcher:
+            self._seen_by = watcher
+            watcher.begin(self)
+        for frame in range(last - FRAMES_PER_TICK + 1, last + 1):
+            self.simulator.AdvanceTo(frame * FRAME)
+            if watcher.frame(self):
+                raise KeyboardInterrupt
+
+    def _run(self, start: int, ticks: int, stop: Callable[[Episode], bool] | None, pressed: Callable[[], bool]) -> bool:
+        watcher = present_watcher()
+        for tick in range(start, start + ticks):
+            self._advance(tick + 1, watcher)
+            if pressed():
+                raise KeyboardInterrupt
+            if stop is not None and stop(self):
+                return True
+        return False
+
+    def value(self, name: str, port: str = "measured") -> FloatArray:
+        """The present value of an object's port."""
+        system = self.world.system(name)
+        return system.GetOutputPort(port).Eval(system.GetMyContextFromRoot(self.context)).copy()
+
+    def log(self) -> EpisodeLog:
+        """What has been logged so far."""
+        data = {key: sink.FindLog(self.context) for key, sink in self._sinks.items()}
+        rows = {key: np.array(d.data()).T.copy() for key, d in data.items()}
+        times = np.array(data["command"].sample_times())
+        names = self.world.graph.objects
+        return EpisodeLog(
+            times,
+            {n: rows[f"{n}.state"] for n in names},
+            {n: rows[f"{n}.measured"] for n in names},
+            {n: rows[f"{n}.active"] for n in names if f"{n}.active" in rows},
+            rows["command"],
+            rows.get("plant_positions"),
+            {key: rows[key] for key in ("progress", "wanted") if key in rows},
+        )
+
+
+def follow_path(
+    world: World,
+    controller: Controller,
+    prepare: Prepare,
+    path: TimedPath,
+    followed: str,
+    targets: tuple[int, ...],
+    truth: tuple[str, ...] = (),
+) -> tuple[EpisodeLog, bool]:
+    """Run one path to its end, or until it is clear that the end will not be reached.
+
+    Returns:
+        The log, and whether the path was completed.
+
+    Raises:
+        EpisodeInterrupted: on Ctrl-C, with the log up to then.
+    """
+    episode = Episode(world, controller, prepare, path, followed, targets, truth, controller.policy.lookahead)
+    allowed = int(np.ceil((1.6 * path.time[-1] + 5.0) / TICK))
+    lost = _LOST_TICKS * path.limits.speed * TICK
+    completed = False
+
+    def over(running: Episode) -> bool:
+        nonlocal completed
+        position = running.value(followed)[list(targets)]
+        follower = running.follower
+        if follower is None:
+            return True
+        last = int(follower.GetOutputPort("progress").Eval(follower.GetMyContextFromRoot(running.context))[0])
+        present = follower.path  # a person may have moved it
+        reached = present.advance(position, last, _SEARCH_TICKS * TICK)
+        completed = present.completed(reached)
+        return completed or bool(np.linalg.norm(present.points[reached] - position) > lost)
+
+    try:
+        episode.run(allowed, over)
+    except KeyboardInterrupt:
+        raise EpisodeInterrupted(episode.log()) from None
+    return episode.log(), completed

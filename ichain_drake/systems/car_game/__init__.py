@@ -1,0 +1,1 @@
+"""The car game (paper sec. IV): hand -> joystick -> car."""

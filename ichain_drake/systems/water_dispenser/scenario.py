@@ -1,0 +1,205 @@
+"""The water dispenser (paper sec. VI): hand, cup, two buttons and a tank; cup and tank act on each other.
+
+Given: the places of things (`DispenserLayout`), the camera's frame, the spread of starts, and what faults do, as in
+`models/scenarios/water_dispenser.yaml`. Everything else is learned.
+"""
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from pydrake.common.schema import Transform
+
+from ichain_drake.demonstrations.table import Demonstration
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.objects import Button, ButtonMount, Cup, CupFaults, CupSettings, Tank, TankSettings, WorldObject
+from ichain_drake.objects.drawings.dispenser import ButtonDrawing, CupDrawing, TankDrawing
+from ichain_drake.robot import BodySpec, MotionPlanner, hand_pose
+from ichain_drake.scenarios.adjustable import Adjustable, push
+from ichain_drake.scenarios.adjustable_goal import least_wanted
+from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
+from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.config_checks import check_numbers, check_ranges
+from ichain_drake.scenarios.mishaps import FAULTS, Mishap
+from ichain_drake.scenarios.object_maker import ObjectMaker
+from ichain_drake.scenarios.probes import Probes
+from ichain_drake.scenarios.scripted_piece import ScriptedPiece
+from ichain_drake.state import FloatArray
+from ichain_drake.systems.water_dispenser.demonstrations import script_pieces
+from ichain_drake.systems.water_dispenser.layout import LAYOUT, DispenserStart
+from ichain_drake.systems.water_dispenser.probes import DispenserProbes
+from ichain_drake.systems.water_dispenser.teleoperation import FORWARD, GRASP
+from ichain_drake.visualization import Camera
+
+HAND, CUP, POWER, DISPENSE, TANK = "hand", "cup", "power", "dispense", "tank"
+_RED, _BLUE = (0.9, 0.12, 0.05), (0.05, 0.3, 0.95)
+
+
+@dataclass
+class StartConfig:
+    """How a run begins.
+
+    Attributes:
+        cup: middle of the places where the cup may stand, x, y in the robot's frame [m].
+        spread: how far from there along x and y [m].
+        water, temperature: from, to.
+    """
+
+    cup: list[float] = field(default_factory=lambda: [0.68, -0.16])
+    spread: list[float] = field(default_factory=lambda: [0.02, 0.05])
+    water: list[float] = field(default_factory=lambda: [0.7, 0.95])
+    temperature: list[float] = field(default_factory=lambda: [0.0, 0.2])
+
+
+@dataclass
+class WaterDispenserConfig(ApplianceConfig):
+    """Configuration of the water dispenser.
+
+    Attributes:
+        goal, camera_shift, mishap: see `ApplianceConfig`.
+        start: see there.
+    """
+
+    start: StartConfig = field(default_factory=StartConfig)
+
+
+class WaterDispenser(Appliance[DispenserStart]):
+    """See the module's description and `GraphScenario`."""
+
+    name: ClassVar[str] = "water_dispenser"
+    config_class: ClassVar[type[ScenarioConfig]] = WaterDispenserConfig
+    faults: ClassVar[tuple[str, ...]] = FAULTS
+    config: WaterDispenserConfig
+
+    def check_config(self) -> None:
+        """Refuse starts that can't be."""
+        super().check_config()
+        start = self.config.start
+        places = {"start.cup": (start.cup, 2), "start.spread": (start.spread, 2)}
+        contents = {"start.water": start.water, "start.temperature": start.temperature}
+        check_numbers(self.name, {**places, **{k: (v, 2) for k, v in contents.items()}})
+        check_ranges(self.name, {k: (v, 1.0) for k, v in contents.items()})
+
+    def make_graph(self) -> InteractionGraph:
+        """The seven interactions of paper fig. 6; cup and tank act on each other."""
+        objects = {
+            HAND: self.config.robot.hand.space,
+            CUP: Cup.space([TANK]),
+            POWER: Button.state_space,
+            DISPENSE: Button.state_space,
+            TANK: Tank.space([CUP]),
+        }
+        by_hand = [(HAND, CUP), (HAND, POWER), (HAND, DISPENSE)]
+        return InteractionGraph(objects, [*by_hand, (CUP, TANK), (DISPENSE, TANK), (POWER, TANK), (TANK, CUP)])
+
+    def cup_settings(self, faults: CupFaults | None = None) -> CupSettings:
+        """Geometry of the cup and of what it meets."""
+        surfaces = (LAYOUT.tray, LAYOUT.head, LAYOUT.console)
+        outlets = {TANK: LAYOUT.catch_region(CupSettings.height)}
+        return CupSettings(outlets=outlets, surfaces=surfaces, camera=self.camera(), faults=faults or CupFaults())
+
+    def tank_settings(self) -> TankSettings:
+        """Geometry of the inlet, rates, and which button does what."""
+        return TankSettings(LAYOUT.pour_region(), drain=DISPENSE, heater=POWER, camera=self.camera())
+
+    def button_mount(self, name: str, stiff: float = 1.0) -> ButtonMount:
+        """Where a button is."""
+        return ButtonMount({POWER: LAYOUT.power, DISPENSE: LAYOUT.dispense}[name], stiff=stiff)
+
+    def draw_start(self, rng: np.random.Generator) -> DispenserStart:
+        """The cup's place and content vary, the tank is empty and cold."""
+        config = self.config.start
+        place = np.array(config.cup) + rng.uniform(-1.0, 1.0, 2) * config.spread
+        return DispenserStart(
+            (float(place[0]), float(place[1])),
+            float(rng.uniform(config.water[0], config.water[1])),
+            float(rng.uniform(config.temperature[0], config.temperature[1])),
+            hand=self.home(),
+        )
+
+    def make_objects(self, start: DispenserStart, make: ObjectMaker) -> Mapping[str, WorldObject]:
+        """Cup, buttons and tank; slips, knocks and drop-outs meet the cup."""
+        mounts = {b: self.button_mount(b, make.mishap.stiffness) for b in (POWER, DISPENSE)}
+        return {
+            CUP: self.make_cup(start, make),
+            **{b: make(Button, b, mount=mount) for b, mount in mounts.items()},
+            TANK: self.make_tank(TANK, start, make, self.tank_settings()),
+        }
+
+    def make_cup(self, start: DispenserStart, make: ObjectMaker) -> Cup:
+        """The cup in its start state."""
+        settings = self.cup_settings(CupFaults(slips=make.mishap.slips, knocks=make.mishap.knocks))
+        rim = (*start.cup, settings.height + (LAYOUT.tray.height if start.on_tray else 0.0))
+
+        def filled(cup: Cup) -> FloatArray:
+            return cup.state_at(rim, start.water, start.temperature)
+
+        return make(Cup, CUP, filled, dropouts=make.mishap.dropouts, cup=settings)
+
+    @staticmethod
+    def make_tank(name: str, start: DispenserStart, make: ObjectMaker, settings: TankSettings) -> Tank:
+        """A tank in its start state."""
+
+        def filled(tank: Tank) -> FloatArray:
+            return tank.state_at(start.tank_amount, start.tank_temperature)
+
+        return make(Tank, name, filled, tank=settings)
+
+    def bodies(self, start: DispenserStart, mishap: Mishap) -> Mapping[str, BodySpec]:
+        """Cup and buttons."""
+        height = LAYOUT.tray.height if start.on_tray else 0.0
+        cup = Transform(translation=[start.cup[0], start.cup[1], height])
+        button = f"{MODELS}/dispenser/{'button' if mishap.stiffness == 1.0 else 'button_stiff'}.sdf"
+        return {
+            CUP: BodySpec(f"{MODELS}/cup/cup.sdf", cup, fixed=False),
+            POWER: BodySpec(button, Transform(translation=list(LAYOUT.power))),
+            DISPENSE: BodySpec(button, Transform(translation=list(LAYOUT.dispense))),
+        }
+
+    def make_motion(self) -> MotionPlanner | None:
+        """Ways of the hand around machine, buttons and what it put down; in `ideal` a point hits nothing.
+
+        Given beside the models: a cup is held upright by a hand that points forward, at the height of a grasp.
+        """
+        if self.physics == "ideal":
+            return None
+        grasp = hand_pose(np.array([0.0, 0.0, GRASP, 0.0, FORWARD, 0.0, 1.0]))
+        nowhere = DispenserStart((0.0, 0.0), 0.0, 0.0)
+        return MotionPlanner(self.config.robot, self.bodies(nowhere, Mishap()), {CUP: grasp.inverse()})
+
+    def script(self, rng: np.random.Generator) -> Iterable[ScriptedPiece[DispenserStart]]:
+        """See `script_pieces` (paper sec. VI)."""
+        return script_pieces(rng, bodies=self.physics == "contact", point=self.physics == "ideal")
+
+    def probes(self, edge: Interaction, pieces: Sequence[Demonstration], count: int) -> Probes | None:
+        """States around the border of an interaction; see `HasProbes`. For an evaluation alone."""
+        return DispenserProbes(self).make(edge, pieces, count)
+
+    def drawings(self) -> Mapping[str, Any]:
+        """Cup, buttons and tank; machine and hand too where no plant shows them."""
+        contact = self.physics == "contact"
+        x, y, z = LAYOUT.outlet
+        boxes = LAYOUT.boxes if self.physics == "ideal" else ()
+        return {
+            CUP: CupDrawing(self.cup_settings(), glass=not contact, bottom=LAYOUT.inlet[2] - 0.02),
+            POWER: ButtonDrawing(self.button_mount(POWER), _RED, cap=not contact),
+            DISPENSE: ButtonDrawing(self.button_mount(DISPENSE), _BLUE, cap=not contact),
+            TANK: TankDrawing((0.77, -0.04, 0.03), 0.012, 0.22, (x, y, z), z - LAYOUT.tray.height, boxes),
+            **super().drawings(),
+        }
+
+    def view(self) -> Camera:
+        """From the arm's left shoulder, so that neither the arm nor a button hides the others."""
+        return Camera((0.05, -1.55, 0.95), (0.55, 0.03, 0.2), 32.0)
+
+    def adjustables(self) -> Sequence[Adjustable]:
+        """Noise, pushes of the cup where no plant holds it, and how much water of which temperature is wanted."""
+        pushes = [push(CUP, v, "m", self.config.mishap.knock) for v in ("x", "y") if self.physics != "contact"]
+        wanted = [least_wanted(CUP, v, 0.0, 1.0, value) for v, value in (("water", 0.6), ("temperature", 0.9))]
+        return (*super().adjustables(), *pushes, *wanted)
+
+    def given(self) -> dict[str, Any]:
+        """The configuration and the layout."""
+        return super().given() | {"layout": dataclasses.asdict(LAYOUT), "cup_in_hand": {"height": GRASP}}

@@ -1,0 +1,38 @@
+"""What tests of several folders learn from: the water dispenser's pieces on `ideal`.
+
+Imported where they are used, so that a test of something small loads neither plants nor estimators.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from ichain_drake.demonstrations import Demonstration
+    from ichain_drake.learning import InteractionSpec
+    from ichain_drake.runs.goals.knowledge import Knowledge
+
+
+@pytest.fixture(scope="session")
+def quick_spec() -> InteractionSpec:
+    from ichain_drake.learning import InteractionSpec
+    from ichain_drake.learning.chain.link import EstimatorSpec
+
+    return InteractionSpec(status_estimators=(EstimatorSpec.parse("box(reach=0.3)"),))
+
+
+@pytest.fixture(scope="session")
+def dispenser_pieces() -> list[Demonstration]:
+    from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
+
+    return list(WaterDispenser((), "ideal").record_demonstrations())
+
+
+@pytest.fixture(scope="session")
+def dispenser_knowledge(dispenser_pieces: list[Demonstration], quick_spec: InteractionSpec) -> Knowledge:
+    from ichain_drake.runs.goals.knowledge import learn_graph
+    from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
+
+    return learn_graph(dispenser_pieces, WaterDispenser((), "ideal").graph, quick_spec)

@@ -1,0 +1,56 @@
+"""The water dispenser, learned from its own demonstrations on `ideal`: the order of the job is found, not written."""
+
+import numpy as np
+import pytest
+
+from ichain_drake.control.planning.goals import gap, parse_goal, value_of
+from ichain_drake.control.planning.plan import NoPlan, Plan, States
+from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.learning import InteractionModel, learn_interactions
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
+
+pytestmark = pytest.mark.slow
+
+GOAL = ["cup.water >= 0.6", "cup.temperature >= 0.9", "cup.x == start", "cup.y == start", "cup.z == start"]
+
+
+@pytest.fixture(scope="module")
+def model() -> InteractionModel:
+    scenario = WaterDispenser(physics="ideal", seed=0)
+    return learn_interactions(list(scenario.record_demonstrations()), scenario.graph)
+
+
+@pytest.fixture(scope="module")
+def start() -> States:
+    scenario = WaterDispenser(physics="ideal", seed=0)
+    begin = scenario.start(1)
+    place = scenario.camera().from_robot(np.array([*begin.cup, 0.1]))
+    return {
+        "hand": np.array(begin.hand),
+        "cup": np.array([*place, 0.0, begin.water, begin.temperature, 0.0]),
+        "power": np.zeros(1),
+        "dispense": np.zeros(1),
+        "tank": np.array([begin.tank_amount, begin.tank_temperature, 0.0]),
+    }
+
+
+def test_a_cup_of_hot_water_is_poured_heated_dispensed_and_brought_back(model: InteractionModel, start: States) -> None:
+    goal = parse_goal([*GOAL, "not hand->cup"], model, start)
+    found = GraphPlanner(model).plan(start, goal)
+    assert isinstance(found, Plan), found
+    chains = [[e.name for e in s.chain] for s in found.steps]
+    pour, heat = chains.index(["hand->cup", "cup->tank"]), chains.index(["hand->power", "power->tank"])
+    dispense = next(k for k, c in enumerate(chains) if c[0] == "hand->dispense")
+    assert max(pour, heat) < dispense < len(chains) - 1
+    assert chains[-1] == ["hand->cup"]
+    end = found.steps[-1].predicted
+    assert all(gap(c, value_of(c, end, model.graph)) == 0 for c in goal.conditions)
+
+
+def test_more_water_than_there_is_and_colder_than_anything_are_refused(model: InteractionModel, start: States) -> None:
+    planner = GraphPlanner(model)
+    for text, edge in (("cup.water >= 0.95", "tank->cup"), ("cup.temperature <= 0.01", "tank->cup")):
+        found = planner.plan(start, parse_goal([text], model, start))
+        assert isinstance(found, NoPlan)
+        assert found.edge is not None
+        assert found.edge.name == edge

@@ -1,0 +1,85 @@
+"""Skills from demonstrated events, and the way to them."""
+
+import numpy as np
+import pytest
+from small_job import GRAPH, fresh, learned, pieces, readings
+
+from ichain_drake.control.planning.skills import Skills, learn_skills
+from ichain_drake.control.planning.travel import corners, resting_states, step_towards
+from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction
+
+BOX, VALVE = Interaction("hand", "box"), Interaction("hand", "valve")
+SPACE = GRAPH.objects["hand"]
+
+
+def test_an_activation_goes_where_the_object_is_now() -> None:
+    model, skills, _ = learned()
+    world = fresh()
+    ends = []
+    for place in ([0.35, 0.1, 0.0], [0.25, 0.2, 0.05]):
+        world.box = np.array(place)
+        world.record()
+        path = skills.path(model, BOX, True, readings(world), 0)
+        closes = path[int(np.argmax(path[:, 3] > 0.5))]
+        assert np.abs(closes[:3] - place).max() < 0.03  # the world's reach; seen in a turned and shifted camera
+        assert path[0, 3] == 0.0
+        ends.append(closes[:3])
+    assert np.linalg.norm(ends[1] - ends[0]) > 0.1
+
+
+def test_each_attempt_takes_another_event() -> None:
+    model, skills, _ = learned()
+    states = readings(fresh())
+    paths = [skills.path(model, VALVE, True, states, k) for k in range(3)]
+    assert len({p[-1].tobytes() for p in paths}) == 3
+
+
+def test_letting_go_keeps_the_grasp_until_it_opens() -> None:
+    model, skills, _ = learned()
+    states = readings(fresh()) | {"hand": np.array([0.36, 0.09, 0.01, 1.0])}
+    path = skills.path(model, BOX, False, states, 0)
+    assert path[0, 3] == 0.0
+    np.testing.assert_allclose(path[0, :3], [0.36, 0.09, 0.01], atol=0.004)
+
+
+def test_a_designers_function_stands_in() -> None:
+    model, _, _ = learned()
+    way = np.array([[0.1, 0.2, 0.3, 0.0], [0.1, 0.2, 0.3, 1.0]])
+    skills = learn_skills(model, pieces(), {(BOX, True): lambda states, attempt: way + attempt})
+    np.testing.assert_array_equal(skills.path(model, BOX, True, readings(fresh()), 1), way + 1)
+    assert len(skills.path(model, BOX, False, readings(fresh()), 0)) > 0
+
+
+def test_what_was_never_shown_and_what_is_no_edge_of_the_robot_is_refused() -> None:
+    model, _, _ = learned()
+    with pytest.raises(InputError, match="hand->box: it is activated in no demonstration; add a piece"):
+        Skills({}, {}).path(model, BOX, True, readings(fresh()), 0)
+    with pytest.raises(InputError, match="tap->box; skills belong to the robot's own"):
+        learn_skills(model, pieces(), {(Interaction("tap", "box"), True): lambda s, k: np.zeros((1, 4))})
+
+
+def test_steps_are_straight_and_what_jumps_changes_on_arrival() -> None:
+    now, goal, limit = np.zeros(4), np.array([0.1, 0.05, 0.0, 1.0]), np.array([0.04, 0.04, 0.04, 1.0])
+    seen = []
+    for _ in range(3):
+        now, there = step_towards(SPACE, now, goal, limit)
+        seen.append(there)
+        assert now[0] == pytest.approx(2 * now[1])
+        assert now[3] == float(there)
+    assert seen == [False, False, True]
+
+
+def test_the_way_goes_around_what_it_would_switch() -> None:
+    model, _, _ = learned()
+    states = readings(fresh())
+    start, goal = np.array([0.5, 0.1, 0.1, 1.0]), np.array([0.5, 0.5, 0.1, 1.0])  # the valve is in between
+    vias = resting_states(model)
+    way = corners(model, states | {"hand": start}, goal, vias)
+    assert len(way) == 2
+    np.testing.assert_array_equal(way[-1], goal)
+    for a, b in ((start, way[0]), (way[0], goal)):
+        points = a + np.linspace(0.16, 0.84, 12)[:, None] * (b - a)
+        batch = {n: np.repeat(v[None], 12, axis=0) for n, v in states.items()} | {"hand": points}
+        assert (model.decide(VALVE, batch) < 0).all()
+    assert len(corners(model, states | {"hand": start}, np.array([0.3, 0.1, 0.1, 1.0]), vias)) == 1

@@ -1,0 +1,160 @@
+"""Paths: reading, sampling, timing, progress, and the two error measures against brute force."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ichain_drake.control.tracking.path import (
+    PathLimits,
+    TimedPath,
+    check_points,
+    paper_path_error,
+    path_error,
+    read_path,
+    resample,
+)
+from ichain_drake.errors import InputError
+
+LIMITS = PathLimits(speed=45.0, turn_rate=1.1, spacing=1.0, smoothing=40.0, tolerance=3.0)
+LINE = np.array([[0.0, 0.0], [300.0, 0.0]])
+
+
+def circle(radius: float, turns: float = 1.0) -> np.ndarray:
+    t = np.linspace(0, 2 * np.pi * turns, 3000)
+    return radius * np.stack([np.cos(t), np.sin(t)], axis=1)
+
+
+polylines = st.integers(0, 10**6).map(lambda seed: np.random.default_rng(seed).uniform(0, 100, (6, 2)))
+
+
+@given(points=polylines, spacing=st.floats(0.5, 20.0))
+def test_resampled_points_are_equally_far_apart_along_the_polyline(points: np.ndarray, spacing: float) -> None:
+    sampled = resample(points, spacing)
+    np.testing.assert_array_equal(sampled[[0, -1]], points[[0, -1]])
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    step = length / (len(sampled) - 1)
+    assert step <= spacing < step * (1 + 1.5 / (len(sampled) - 1)) + spacing / len(sampled)
+    # Never further apart than along the polyline, and all on it.
+    assert np.linalg.norm(np.diff(sampled, axis=0), axis=1).max() <= step + 1e-9
+    starts, ways = points[:-1], np.diff(points, axis=0)
+    along = np.clip(((sampled[:, None] - starts) * ways).sum(-1) / (ways**2).sum(-1), 0, 1)
+    assert np.linalg.norm(sampled[:, None] - starts - along[..., None] * ways, axis=-1).min(axis=1).max() < 1e-6
+
+
+def test_the_shortest_path_is_straight() -> None:
+    path = TimedPath(np.array([[0, 0], [0.1, 0]]), LIMITS)
+    assert path.curvature.tolist() == [0, 0]
+    assert path.time[-1] == pytest.approx(0.1 / 45)
+
+
+def test_resampling_drops_doubled_points_and_keeps_short_paths() -> None:
+    np.testing.assert_allclose(resample(np.array([[0, 0], [0, 0], [2, 0], [2, 0], [4.0, 0]]), 1.0)[:, 0], range(5))
+    assert len(resample(np.array([[0, 0], [0.1, 0]]), 1.0)) == 2
+
+
+@pytest.mark.parametrize("radius", [30.0, 100.0])
+def test_curvature_and_speed_of_a_circle(radius: float) -> None:
+    """Everywhere, the ends included, where there are fewer neighbours to average over."""
+    path = TimedPath(circle(radius), LIMITS)
+    np.testing.assert_allclose(path.curvature, 1 / radius, rtol=0.01)
+    np.testing.assert_allclose(path.speed, 45 / np.hypot(1, 45 / radius / 1.1), rtol=0.01)
+    # The turn rate that this needs stays below the limit.
+    assert (path.speed * path.curvature).max() < 1.1
+    assert path.time[-1] == pytest.approx(2 * np.pi * radius / path.speed.mean(), rel=0.01)
+
+
+def test_a_straight_line_is_taken_at_nominal_speed() -> None:
+    path = TimedPath(LINE, LIMITS)
+    np.testing.assert_allclose(path.speed, 45.0)
+    np.testing.assert_allclose(path.time, path.points[:, 0] / 45.0)
+    np.testing.assert_allclose(path.at_time(np.array([0.0, 2.0])), [[0, 0], [90, 0]], atol=1e-9)
+    # Beyond the end straight on, at the last speed.
+    np.testing.assert_allclose(path.at_time(path.time[-1] + np.array([1.0])), [[345, 0]], atol=1e-9)
+
+
+def test_a_corner_within_the_first_step_does_not_change_the_clock() -> None:
+    bent = TimedPath(np.array([[0.0, 0.0], [0.5, 0.0], [0.5, 200.0]]), LIMITS)
+    assert bent.time[-1] > 200 / 45
+    assert bent.time[-1] == pytest.approx(200.5 / 45, rel=0.15)
+    assert not bent.completed(len(bent.points) - 5)
+
+
+def test_progress_only_goes_forward_and_no_further_than_asked() -> None:
+    path = TimedPath(circle(50.0, turns=2.0), LIMITS)
+    lap = len(path.points) // 2
+    assert path.advance(path.points[20], 0, 1.0) == 20
+    assert path.advance(path.points[20], 30, 1.0) == 30
+    # Second lap over the same ground: the nearest point of the first lap is not taken.
+    assert path.advance(path.points[lap + 5], lap, 1.0) == pytest.approx(lap + 5, abs=1)
+    assert path.advance(path.points[200], 0, 1.0) <= 46
+    assert path.advance(path.points[-1], len(path.points) - 1, 1.0) == len(path.points) - 1
+
+
+def test_completed_within_the_tolerance_of_the_end() -> None:
+    path = TimedPath(LINE, LIMITS)
+    assert [path.completed(k) for k in (0, 296, 297, 300)] == [False, False, True, True]
+
+
+@given(points=polylines, seed=st.integers(0, 1000))
+def test_error_measures_equal_brute_force(points: np.ndarray, seed: int) -> None:
+    path = TimedPath(points, LIMITS)
+    executed = np.random.default_rng(seed).uniform(0, 100, (30, 2))
+    distance = np.linalg.norm(executed[:, None] - path.points, axis=-1).min(axis=1)
+    assert path_error(executed, path) == pytest.approx(distance.mean())
+    chosen = np.random.default_rng(seed).integers(0, 30, 500)
+    to_waypoints = np.linalg.norm(executed[chosen][:, None] - points, axis=-1).min(axis=1)
+    assert paper_path_error(executed, points, np.random.default_rng(seed)) == pytest.approx(to_waypoints.mean())
+
+
+def test_a_perfect_run_has_a_quarter_of_the_waypoint_spacing_in_the_papers_measure() -> None:
+    path = TimedPath(LINE, LIMITS)
+    executed = path.at_time(np.linspace(0, path.time[-1], 5000))
+    waypoints = LINE[0] + np.arange(0, 301, 15.0)[:, None] * [1, 0]
+    assert paper_path_error(executed, waypoints, np.random.default_rng(0)) == pytest.approx(15 / 4, rel=0.1)
+    assert path_error(executed, path) < 0.3
+
+
+def write(folder: Path, text: str) -> Path:
+    (folder / "p.csv").write_text(text)
+    return folder / "p.csv"
+
+
+def test_a_path_file_may_have_units_other_columns_and_any_order(tmp_path: Path) -> None:
+    file = write(tmp_path, "name,y [px], x [px]\na,2,1\nb,4,3\n")
+    np.testing.assert_array_equal(read_path(file, ("x", "y")), [[1, 2], [3, 4]])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x,y\n1,2\n3,\n", r"line 3, column y: not a finite number"),
+        ("x,y\n1,2\n3,inf\n", r"line 3, column y: not a finite number"),
+        ("x,y\n1,2\nfar,4\n", r"line 3, column x: not a finite number"),
+        ("x,y\n1,2\n", r"1 point\(s\); a path needs at least 2"),
+        ("x,y\n", r"0 point\(s\)"),
+        ("x,z\n1,2\n3,4\n", "column y is missing; a path has columns x, y"),
+        ("x [px],x [m],y\n1,2,3\n3,4,5\n", "column x appears twice"),
+        ("x,y\n1,2\n1,2\n", "all points are the same"),
+        ("", "can't read the path"),
+    ],
+)
+def test_a_file_that_is_no_path_is_refused_with_its_name(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InputError, match=rf"p\.csv: .*{message}"):
+        read_path(write(tmp_path, text), ("x", "y"))
+
+
+def test_a_missing_or_binary_path_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.csv: can't read the path"):
+        read_path(tmp_path / "none.csv", ("x", "y"))
+    (tmp_path / "b.csv").write_bytes(b"\xff\x00\xfe")
+    with pytest.raises(InputError, match=r"b\.csv: can't read the path"):
+        read_path(tmp_path / "b.csv", ("x", "y"))
+
+
+def test_points_from_elsewhere_are_checked_too() -> None:
+    check_points(LINE, "goal")
+    with pytest.raises(InputError, match="goal: line 3, column y"):
+        check_points(np.array([[0, 0], [1, np.nan]]), "goal")

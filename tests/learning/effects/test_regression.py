@@ -1,0 +1,72 @@
+"""Which columns and which estimator describe a change, and when there is none."""
+
+import numpy as np
+import pytest
+
+from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning.effects.fitted import Regression
+from ichain_drake.learning.effects.regression import choose_regression
+
+ROWS, PIECES, NOISE = 40, 6, 0.004
+PIECE = np.repeat(np.arange(PIECES), ROWS)
+ROW = np.tile(np.arange(ROWS), PIECES)
+ESTIMATORS = InteractionSpec().effect_estimators
+
+
+def columns(seed: int = 0, n: int = 6) -> tuple[np.ndarray, np.random.Generator]:
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-1.0, 1.0, (len(ROW), n)), rng
+
+
+def readings_noise(rng: np.random.Generator) -> np.ndarray:
+    """Noise of a change: the difference of two readings' noise."""
+    noise = NOISE * rng.normal(size=len(ROW) + 1)
+    return noise[1:] - noise[:-1]
+
+
+def chosen(x: np.ndarray, y: np.ndarray, *declared: int) -> Regression | None:
+    preferred = np.isin(np.arange(x.shape[1]), declared)
+    return choose_regression(x, y, PIECE, ROW, ESTIMATORS, 12, preferred, NOISE, declared)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_noise_is_no_effect(seed: int) -> None:
+    x, rng = columns(seed)
+    assert chosen(x, readings_noise(rng)) is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_overflows_is_found_with_its_threshold(seed: int) -> None:
+    x, rng = columns(seed)
+    y = -0.3 * np.maximum(0.0, x[:, 1] + 0.8 * x[:, 4] - 0.7)
+    found = chosen(x, y + readings_noise(rng))
+    assert found is not None
+    assert set(found.columns) == {1, 4}
+    assert found.estimator == "rectified_linear()"
+    np.testing.assert_allclose(found(x[:, list(found.columns)]), y, atol=0.01)
+
+
+def test_a_linear_change_stays_linear() -> None:
+    x, rng = columns(1)
+    found = chosen(x, 0.1 * x[:, 2] + readings_noise(rng))
+    assert found is not None
+    assert found.columns == (2,)
+    assert found.estimator.startswith("polynomial(degree=1")
+
+
+def test_what_roles_declare_is_taken_as_it_is_though_its_noise_would_bias_a_fit() -> None:
+    x, rng = columns(2)
+    true = 0.05 * np.maximum(0.0, x[:, 0])
+    x[:, 3] = true + 0.02 * rng.normal(size=len(x))
+    found = chosen(x, true + readings_noise(rng), 3)
+    assert found is not None
+    assert found.columns == (3,)
+    assert found.estimator == "as declared"
+    np.testing.assert_array_equal(found(x[:, [3]]), x[:, 3])
+
+
+def test_what_roles_declare_is_not_taken_where_it_explains_nothing() -> None:
+    x, rng = columns(3)
+    found = chosen(x, 0.1 * x[:, 2] + readings_noise(rng), 3)
+    assert found is not None
+    assert found.columns == (2,)

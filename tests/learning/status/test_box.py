@@ -1,0 +1,64 @@
+"""The box: an estimator like any other, frozen to the same values, and faces where the data put them."""
+
+import numpy as np
+import pytest
+from sklearn.base import BaseEstimator
+from sklearn.utils.estimator_checks import parametrize_with_checks
+
+from ichain_drake.errors import InputError
+from ichain_drake.learning.frozen import freeze, from_arrays
+from ichain_drake.learning.status.box import BoxClassifier
+
+
+@parametrize_with_checks([BoxClassifier()])
+def test_scikit_learns_contract(estimator: BaseEstimator, check: object) -> None:
+    check(estimator)  # type: ignore[operator]
+
+
+@pytest.fixture
+def fitted() -> tuple[BoxClassifier, np.ndarray]:
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-2, 2, (800, 3))
+    y = (np.abs(x[:, 0]) < 0.5) & (x[:, 1] > -1)
+    return BoxClassifier().fit(x, y), x
+
+
+def test_faces_are_found(fitted: tuple[BoxClassifier, np.ndarray]) -> None:
+    box, x = fitted
+    np.testing.assert_allclose([box.lower_[0], box.upper_[0], box.lower_[1]], [-0.5, 0.5, -1.0], atol=0.05)
+    assert np.mean(box.predict(x) == ((np.abs(x[:, 0]) < 0.5) & (x[:, 1] > -1))) > 0.99
+
+
+def test_a_few_wrong_labels_move_no_face() -> None:
+    rng = np.random.default_rng(1)
+    x = rng.uniform(-2, 2, (600, 2))
+    y = (np.abs(x) < 1).all(axis=1)
+    y[:6] = True  # some of them far outside
+    box = BoxClassifier().fit(x, y)
+    np.testing.assert_allclose(box.upper_, 1.0, atol=0.15)
+
+
+def test_frozen_and_saved_it_is_the_same(fitted: tuple[BoxClassifier, np.ndarray]) -> None:
+    box, x = fitted
+    frozen = freeze(box)
+    np.testing.assert_array_equal(frozen.batch(x)[:, 0], box.decision_function(x))
+    again = from_arrays(frozen.kind, frozen.arrays())
+    np.testing.assert_array_equal(again.batch(x), frozen.batch(x))
+    np.testing.assert_allclose(
+        frozen.rescaled(np.array([2.0]), np.array([1.0])).batch(x), 2 * frozen.batch(x) + 1, atol=1e-12
+    )
+
+
+def test_the_jacobian_is_that_of_the_nearest_face(fitted: tuple[BoxClassifier, np.ndarray]) -> None:
+    frozen, point = freeze(fitted[0]), np.array([0.4, 0.0, 0.1])
+    _, jacobian = frozen.value_and_jacobian(point)
+    numeric = [(frozen.value(point + h)[0] - frozen.value(point - h)[0]) / 2e-6 for h in 1e-6 * np.eye(3)]
+    np.testing.assert_allclose(jacobian[0], numeric, atol=1e-6)
+
+
+def test_bad_input_is_refused() -> None:
+    x = np.arange(8.0)[:, None]
+    with pytest.raises(InputError, match="needs two classes, 3 class"):
+        BoxClassifier().fit(x, [0, 1, 2, 0, 1, 2, 0, 1])
+    with pytest.raises(InputError, match="reach -1: give a number from 0"):
+        BoxClassifier(reach=-1).fit(x, x[:, 0] > 3)

@@ -1,0 +1,75 @@
+"""Data that can't be learned from: one line that names piece, edge and remedy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_world import GRAPH
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.errors import InputError
+from ichain_drake.learning.data import collect
+
+
+def changed(pieces: list[Demonstration], k: int, **columns: object) -> list[Demonstration]:
+    """The pieces with columns of one replaced; None drops a column."""
+    table = pieces[k].table.copy()
+    for name, value in columns.items():
+        if value is None:
+            table = table.drop(columns=name)
+        else:
+            table[name] = value
+    return [*pieces[:k], replace(pieces[k], table=table), *pieces[k + 1 :]]
+
+
+def refused(pieces: list[Demonstration], message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        collect(pieces, GRAPH)
+    assert "\n" not in str(caught.value)
+
+
+def test_no_pieces() -> None:
+    refused([], "no demonstration piece")
+
+
+def test_two_pieces_of_one_name(demonstrations: list[Demonstration]) -> None:
+    refused([demonstrations[0], demonstrations[0]], "piece piece_0: two pieces have this name")
+
+
+def test_a_piece_without_flags(demonstrations: list[Demonstration]) -> None:
+    drop = {e.name: None for e in GRAPH.interactions}
+    refused(changed(demonstrations, 2, **drop), "piece piece_2: has no active flags; add a column hand->box")
+
+
+def test_a_piece_without_one_flag(demonstrations: list[Demonstration]) -> None:
+    pieces = changed(demonstrations, 1, **{"valve->tap": None})
+    refused(pieces, "piece piece_1: lacks some active flags; add a column valve->tap")
+
+
+def test_flags_for_an_edge_that_the_graph_lacks(demonstrations: list[Demonstration]) -> None:
+    pieces = changed(demonstrations, 1, **{"lamp->box": 0.0})
+    refused(pieces, "piece piece_1: flags for lamp->box, an edge that the graph lacks; remove the column")
+
+
+@pytest.mark.parametrize(("value", "message"), [(0.0, "never active in any"), (1.0, "active in every row")])
+def test_an_edge_that_never_changes(demonstrations: list[Demonstration], value: float, message: str) -> None:
+    pieces = demonstrations
+    for k in range(len(pieces)):
+        pieces = changed(pieces, k, **{"valve->lamp": value})
+    refused(pieces, f"valve->lamp: {message}.* of the 9 pieces.*; record a piece")
+
+
+def test_contradictory_flags(demonstrations: list[Demonstration]) -> None:
+    again = replace(demonstrations[4], table=demonstrations[4].table.copy(), name="again")
+    again.table["valve->tap"] = 1.0 - again.table["valve->tap"]
+    message = r"valve->tap: contradictory flags: piece \w+ line \d+ says active, piece \w+ line \d+ inactive.*correct"
+    refused([*demonstrations, again], message)
+
+
+def test_two_periods(demonstrations: list[Demonstration]) -> None:
+    pieces = changed(demonstrations, 3, time=0.5 * np.arange(len(demonstrations[3])))
+    refused(pieces, "piece piece_3: its period is 0.5 s, but that of piece_0 is 0.3333 s; .*resample")
+
+
+def test_a_piece_without_an_object(demonstrations: list[Demonstration]) -> None:
+    refused(changed(demonstrations, 3, **{"lamp.glow": None}), "piece_3: column lamp.glow is missing")

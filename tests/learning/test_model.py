@@ -1,0 +1,169 @@
+"""The learned model in batches, with forced status, and its inverse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_world import FLOW, GRAPH, states_of
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.errors import ActiveCycleError, InputError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning import InteractionModel, invert, wanted_change
+from ichain_drake.state import FloatArray
+
+CARRY, PRESS, OPEN, FILL, LIGHT = GRAPH.interactions
+BOX, VALVE = GRAPH.objects["box"], GRAPH.objects["valve"]
+
+
+@pytest.fixture
+def states(demonstrations: list[Demonstration]) -> dict[str, FloatArray]:
+    """Rows of a piece that carries and presses, shape (n, ...)."""
+    return states_of(demonstrations[5])
+
+
+def test_a_batch_is_its_rows(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    rows = {n: s[:24].reshape(4, 6, -1) for n, s in states.items()}
+    root = states["hand"][1:25].reshape(4, 6, -1)
+    after, active = model.step(rows, root)
+    assert after["box"].shape == (4, 6, 6)
+    assert active[CARRY].shape == (4, 6)
+    assert model.decide(FILL, rows).shape == (4, 6)
+    for i in (0, 3):
+        for j in (0, 5):
+            one, on = model.step({n: s[i, j] for n, s in rows.items()}, root[i, j])
+            for n in one:
+                np.testing.assert_allclose(one[n], after[n][i, j], atol=1e-12)
+            assert all(on[e] == active[e][i, j] for e in on)
+
+
+def test_the_root_alone_can_be_a_batch(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    one = {n: s[10] for n, s in states.items()}
+    after, _ = model.step(one, states["hand"][10:15])
+    assert after["tap"].shape == (5, 3)
+
+
+def test_a_forced_status_is_kept(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    one = {n: s[0] for n, s in states.items()}
+    off = dict.fromkeys(GRAPH.interactions, False)
+    after, active = model.step(one, one["hand"], active={**off, OPEN: True})
+    assert {e for e, on in active.items() if on} == {OPEN}
+    np.testing.assert_allclose(after["tap"][0] - one["tap"][0], -FLOW, rtol=0.1)
+    assert after["tap"][2] == after["tap"][0] - one["tap"][0]  # the change is computed from the amount
+    still, _ = model.step(one, one["hand"], active=off)
+    np.testing.assert_array_equal(still["tap"][:2], one["tap"][:2])
+
+
+def test_a_held_box_stays_held_however_far_the_hand_goes(model: InteractionModel, demonstrations: list) -> None:
+    """Within a tick the hand goes further than it may be from the box to grasp it."""
+    piece = demonstrations[2]
+    row = int(np.flatnonzero(piece.table["hand->box"].to_numpy() > 0.5)[3])
+    one = {n: s[row] for n, s in states_of(piece).items()}
+    there = one["hand"] + [0.1, 0.05, 0.1, 0.0]
+    after, active = model.step(one, there)
+    assert active[CARRY]
+    alignment = model.edges[CARRY].alignment
+    assert alignment is not None
+    np.testing.assert_allclose(after["box"][:3] - one["box"][:3], alignment.turn @ [0.1, 0.05, 0.1], atol=0.01)
+    _, released = model.step(one, [*there[:3], 0.0])
+    assert not released[CARRY]
+
+
+def test_predictions_stay_within_declared_bounds(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    one = {n: s[0] for n, s in states.items()}
+    one["tap"] = np.array([0.01, 0.8, 0.0])
+    trace, _ = model.rollout(one, np.repeat(one["hand"][None], 5, axis=0), active={OPEN: True, FILL: True})
+    assert trace["tap"][:, 0].min() == 0.0
+    np.testing.assert_allclose(trace["box"][-1, 3] - one["box"][3], 0.01, atol=0.004)  # no more than there was
+
+
+def test_active_and_decide_agree(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    active = model.active(states)
+    for e in GRAPH.interactions:
+        np.testing.assert_array_equal(active[e], model.decide(e, states) >= 0)
+    again = model.active(states, previous=active)
+    for e in GRAPH.interactions:
+        assert (again[e] | ~active[e]).all()
+
+
+def test_the_spread_covers_the_residual(model: InteractionModel) -> None:
+    spread = model.spread("box", [FILL])
+    assert 2e-3 < spread[3] < 0.02
+    assert np.isfinite(spread).all()
+
+
+def test_inverse_of_a_motion(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    one = {n: s[30] for n, s in states.items()}
+    answer = invert(model, "box", wanted_change(BOX, x=0.02, y=-0.01, z=0.01), one)[0]
+    assert answer.edge == CARRY
+    alignment = model.edges[CARRY].alignment
+    assert alignment is not None
+    moved = answer.parent[:3] - one["hand"][:3]
+    np.testing.assert_allclose(moved, alignment.turn.T @ [0.02, -0.01, 0.01], atol=2e-3)
+    assert answer.size < 0.01
+
+
+def test_the_interaction_type_comes_with_the_inverse(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    """Paper appendix B: water in the box rises by the tap, its position changes by the hand."""
+    one = {n: s[30] for n, s in states.items()}
+    answer = invert(model, "box", wanted_change(BOX, water=0.02), one)[0]
+    assert answer.edge == FILL
+    np.testing.assert_allclose(answer.parent[0] - one["tap"][0], -0.02, rtol=0.15)
+    assert answer.parent[2] == answer.parent[0] - one["tap"][0]
+
+
+def test_an_inverse_keeps_to_one_tick_unless_told(model: InteractionModel, demonstrations: list) -> None:
+    one = {n: s[0] for n, s in states_of(demonstrations[5]).items()}
+    near = invert(model, "valve", wanted_change(VALVE, level=5.0), one)[0]
+    far = invert(model, "valve", wanted_change(VALVE, level=5.0), one, one_tick=False)[0]
+    assert near.size > 0.1 > far.size
+    assert np.abs(near.parent - one["hand"]).max() <= 0.0401
+    np.testing.assert_allclose(far.change[0], 5.0 - one["valve"][0], atol=0.05)
+
+
+def test_nothing_makes_what_no_interaction_affects(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    one = {n: s[0] for n, s in states.items()}
+    assert invert(model, "tap", wanted_change(GRAPH.objects["tap"], heat=0.1), one) == ()
+
+
+def test_a_cycle_of_active_interactions_is_refused_with_its_edges_and_the_time(
+    model: InteractionModel, states: dict[str, FloatArray]
+) -> None:
+    back = Interaction("lamp", "valve")
+    graph = InteractionGraph(GRAPH.objects, [*GRAPH.interactions, back])
+    ring = replace(
+        model, graph=graph, edges=model.edges | {back: replace(model.edges[LIGHT], effects=())},
+        order=(*model.order, back),
+    )  # fmt: skip
+    three = {n: s[:3] for n, s in states.items()}
+    once = {LIGHT: True, back: np.array([False, False, True])}
+    edges = r"(valve->lamp, lamp->valve|lamp->valve, valve->lamp); deactivate one of them"
+    with pytest.raises(ActiveCycleError, match=rf"form a cycle at t = 2\.500 s in row 2: {edges}"):
+        ring.step(three, three["hand"], once, time=2.5)
+    one = {n: s[0] for n, s in states.items()}
+    with pytest.raises(ActiveCycleError, match=rf"form a cycle at t = 0\.333 s: {edges}"):
+        ring.rollout(one, one["hand"][None], {LIGHT: True, back: True})
+    with pytest.raises(ActiveCycleError, match=rf"form a cycle: {edges}"):
+        ring.step(one, one["hand"], {LIGHT: True, back: True})
+    after, active = ring.step(three, three["hand"], once, strict=False)
+    assert active[back].tolist() == [False, False, True]
+    assert np.isfinite(after["lamp"]).all()
+    assert not ring.step(three, three["hand"], {LIGHT: True, back: False})[1][back].any()
+
+
+def test_bad_arguments_are_refused(model: InteractionModel, states: dict[str, FloatArray]) -> None:
+    one = {n: s[0] for n, s in states.items()}
+    with pytest.raises(InputError, match="the state of lamp is missing"):
+        model.step({n: s for n, s in one.items() if n != "lamp"}, one["hand"])
+    with pytest.raises(InputError, match="state of hand: shape .2,. given, 4 values needed"):
+        model.step(one, [0.0, 1.0])
+    with pytest.raises(InputError, match="a->b is no interaction of the graph"):
+        model.step(one, one["hand"], active={Interaction("a", "b"): True})
+    with pytest.raises(InputError, match="no learned interaction a->b; learned are hand->box"):
+        model.decide(Interaction("a", "b"), one)
+    with pytest.raises(InputError, match="hand: no interaction acts on it"):
+        invert(model, "hand", np.zeros(4), one)
+    with pytest.raises(InputError, match="wanted change of box: shape"):
+        invert(model, "box", np.zeros(2), one)
+    with pytest.raises(InputError, match="all values are NaN"):
+        invert(model, "box", np.full(6, np.nan), one)

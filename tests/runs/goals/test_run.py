@@ -1,0 +1,148 @@
+"""The whole job of the water dispenser on `ideal`, and how it is refused and reported."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ichain_drake.control.execution.controller import GraphController
+from ichain_drake.control.execution.executor import Executor, ExecutorSettings
+from ichain_drake.control.planning.plan import NoPlan, Plan
+from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.errors import InputError
+from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.simulation.commands import Commands
+from ichain_drake.simulation.episode import Episode
+from ichain_drake.simulation.goal_episode import GraphEpisode, look
+from ichain_drake.runs.goals.output import classified, flags_of, make_graph_recording, write_graph_pictures
+from ichain_drake.runs.goals.plan import make_goal, make_plan
+from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
+
+HOT = ["cup.temperature >= 0.5", "cup.water >= 0.3", "not hand->cup"]
+QUICK = InteractionSpec(status_estimators=(EstimatorSpec.parse("box(reach=0.3)"),))
+
+
+@cache
+def scenario() -> WaterDispenser:
+    return WaterDispenser((), "ideal")
+
+
+@cache
+def knowledge() -> Knowledge:
+    return learn_graph(list(scenario().record_demonstrations()), scenario().graph, QUICK)
+
+
+def test_a_cup_of_warm_water_from_demonstrations_alone(tmp_path: Path) -> None:
+    run = GraphRun(scenario(), tuple(HOT))
+    run_graph(run, knowledge=knowledge())
+    report = run.report()
+    assert report["goal_reached"], run.memory and (run.reason, run.memory.log)
+    assert run.log is not None
+    cup = run.log.states["cup"][-1]
+    assert cup[4] >= 0.3
+    assert cup[5] >= 0.5
+    assert report["metrics"]["goal"] == HOT
+    assert report["metrics"]["failure_cause"] == ""
+    assert report["metrics"]["cautious"] == {}
+    used = {e for step in report["metrics"]["plan"] for e in step["chain"]}
+    assert used >= {"hand->power", "power->tank", "tank->cup"}
+    assert report["control_steps"] == pytest.approx(report["sim_seconds"] * 3, abs=2)
+    assert set(report["models"]) >= {"hand->cup", "cup->tank"}
+    json.dumps(report, allow_nan=False)
+    written = write_graph_pictures(run, tmp_path)
+    assert [p.name for p in written] == ["timeline.png"]
+    assert written[0].stat().st_size > 20_000
+    assert run.model is not None
+    said, truth = classified(run.model, run.log), flags_of(run.log, scenario().graph)
+    for name, flags in said.items():  # one row a tick; now and then it is a tick late
+        assert np.mean(flags != truth[name][::10]) < 0.1, name
+    recording = make_graph_recording(run)
+    assert recording.interactions == scenario().graph.interactions
+    shown = recording.episodes[0].readouts
+    assert (shown["goal"].values[-1], shown["error"].values[-1]) == (f"{len(HOT)} of {len(HOT)} met", "none")
+    assert shown["tank temperature"].values[-1] == run.log.states["tank"][-1, 1]
+    assert shown["skill"].values.count("activate") > 0
+    assert set(np.unique(run.doing["mode"])) >= {Mode.ACTIVATE, Mode.CARRY, Mode.DRIVE}
+
+
+def test_no_wire_leads_from_the_truth_to_the_controller() -> None:
+    from ichain_drake.control.execution.controller import GraphController
+    from ichain_drake.control.execution.executor import Executor
+    from ichain_drake.simulation.goal_episode import GraphEpisode
+
+    world, prepare = scenario().make_world(0)
+    k = knowledge()
+    goal = make_goal(HOT, k.model, look(scenario()))
+    executor = Executor(k.model, k.skills, k.planner.plan, goal)
+    controller = GraphController(executor, np.array(scenario().start(0).hand))
+    episode = GraphEpisode(world, controller, prepare)
+    sources = {}
+    for (system, port), (source, out) in episode.diagram.connection_map().items():
+        if system is controller:
+            sources[controller.get_input_port(port).get_name()] = source.get_output_port(out).get_name()
+    assert sources == {
+        **{n: f"{n}.measured" for n in world.graph.objects},
+        **{f"{n}.valid": f"{n}.valid" for n in world.graph.objects},
+    }
+
+
+def test_a_plan_is_made_without_executing_it_and_refused_with_the_reason() -> None:
+    start = look(scenario())
+    goal, plan = make_plan(knowledge(), HOT, start)
+    assert isinstance(plan, Plan)
+    assert len(goal.conditions) == 2
+    _, none = make_plan(knowledge(), ["cup.temperature >= 1.5"], start)
+    assert isinstance(none, NoPlan)
+    assert "cup.temperature" in none.reason
+
+
+def test_keep_holds_a_variable_near_its_start() -> None:
+    start = look(scenario())
+    goal = make_goal(["keep cup.x within 0.02"], knowledge().model, start)
+    assert [(c.object, c.variable) for c in goal.conditions] == [("cup", "x")]
+    assert goal.conditions[0].upper - goal.conditions[0].lower == pytest.approx(0.04)
+    assert goal.conditions[0].lower + 0.02 == pytest.approx(start["cup"][0])
+    with pytest.raises(InputError, match="no object 'mug'"):
+        make_goal(["keep mug.x within 0.02"], knowledge().model, start)
+    with pytest.raises(InputError, match="'wide' is not a finite number"):
+        make_goal(["keep cup.x within wide"], knowledge().model, start)
+
+
+def test_an_impossible_goal_ends_the_run_with_its_reason() -> None:
+    run = GraphRun(scenario(), ("cup.water >= 2",))
+    run_graph(run, knowledge=knowledge())
+    report = run.report()
+    assert not report["goal_reached"]
+    assert report["metrics"]["failure_cause"] == "no plan"
+    assert "cup.water" in report["reason"]
+    assert report["control_steps"] <= 20
+
+
+def test_a_run_that_takes_too_long_says_so() -> None:
+    run = GraphRun(scenario(), tuple(HOT))
+    run_graph(run, knowledge=knowledge(), settings=ExecutorSettings(ticks=15))
+    assert run.report()["reason"] == "not done after 15 control steps"
+    assert not run.goal_reached
+
+
+def test_a_person_may_change_what_is_wanted_while_it_runs() -> None:
+    start = look(scenario())
+    known = knowledge()
+    goal = make_goal(HOT, known.model, start)
+    executor = Executor(known.model, known.skills, known.planner.plan, goal)
+    world, prepare = scenario().make_world(0)
+    hand = start[scenario().graph.root]
+    episode = GraphEpisode(world, GraphController(executor, hand), prepare)
+    item = next(a for a in scenario().adjustables() if a.name == "cup.water >=")
+    item.apply(episode, 0.45)
+    wanted = {(c.object, c.variable): c.lower for c in executor.goal.conditions}
+    assert wanted == {("cup", "temperature"): 0.5, ("cup", "water"): 0.45}
+    assert executor.goal.inactive == goal.inactive
+    world, prepare = scenario().make_world(0)
+    item.apply(Episode(world, Commands(hand[None]), prepare), 0.2)  # a demonstration wants nothing
+    assert executor.goal.conditions[1].lower == 0.45

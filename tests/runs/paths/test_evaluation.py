@@ -1,0 +1,75 @@
+"""Evaluation: a table made of rows, and nobody sees more samples than the table says."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from ichain_drake.demonstrations.table import Demonstration
+from ichain_drake.errors import InputError
+from ichain_drake.systems import load_scenario
+from ichain_drake.runs.paths.evaluation import METHODS, check_evaluation, evaluate_paths, shorten, summarise
+from ichain_drake.timing import TICK
+
+
+def row(method: str, samples: int, case: str, seed: int, error: float | None) -> dict:
+    return {
+        "method": method, "samples": samples, "case": case, "seed": seed, "success": error is not None, "error": error,
+        "unit": "m",
+    }  # fmt: skip
+
+
+def test_mean_spread_and_ratio_over_the_seeds_that_both_completed():
+    rows = [
+        row("default", 500, "eight", 0, 1.0),
+        row("default", 500, "eight", 1, 2.0),
+        row("default", 500, "eight", 2, None),
+        row("oracle", 0, "eight", 0, 0.5),
+        row("oracle", 0, "eight", 1, None),
+        row("oracle", 0, "eight", 2, 0.7),
+    ]
+    default, oracle = summarise(rows)
+    assert (default["runs"], default["completed"]) == (3, 2)
+    assert (default["mean_error"], default["std_error"], default["max_error"]) == (1.5, 0.5, 2.0)
+    assert default["ratio_to_oracle"] == pytest.approx(2.0)  # seed 0 alone
+    assert default["unit"] == oracle["unit"] == "m"
+    assert oracle["ratio_to_oracle"] == pytest.approx(1.0)
+
+
+def test_rows_without_any_success_or_oracle_give_none():
+    (line,) = summarise([row("paper", 50, "eight", 0, None)])
+    assert line["completed"] == 0
+    assert [line[k] for k in ("mean_error", "std_error", "max_error", "ratio_to_oracle")] == [None] * 4
+    (line,) = summarise([row("paper", 50, "eight", 0, 1.0)])
+    assert line["ratio_to_oracle"] is None
+    assert summarise([]) == []
+
+
+def test_a_shortened_piece_has_so_many_transitions_and_no_row_more():
+    flags = np.array([0, 1, 1, 0, 1, 1, 1, 1, 1, 1])
+    table = pd.DataFrame({"time": TICK * np.arange(10), "a->b": flags})
+    piece = Demonstration(table, {}, "piece")
+    for samples, rows in ((1, 3), (2, 6), (3, 7), (100, 10)):
+        short = shorten(piece, samples).table
+        on = short["a->b"].to_numpy() > 0.5
+        assert len(short) == rows
+        assert (on[:-1] & on[1:]).sum() == min(samples, 6)
+    free = Demonstration(table[["time"]], {}, "piece")
+    assert len(shorten(free, 4)) == 5
+
+
+def test_a_method_at_one_number_of_samples():
+    scenario = load_scenario("car_game", ["path.speed=60"], "ideal", 0)
+    found = evaluate_paths(scenario, ["path.speed=60"], 1, ["default@100"])
+    assert {(r["method"], r["samples"]) for r in found["rows"]} == {("default", 100)}
+    with pytest.raises(InputError, match="no method 'default@77'; .* default@50, default@100"):
+        check_evaluation(scenario, 1, ["default@77"], 1)
+
+
+def test_what_is_refused():
+    scenario = load_scenario("car_game", (), "ideal", 0)
+    check_evaluation(scenario, 1, METHODS, 1)
+    with pytest.raises(InputError, match="no method 'magic'; there are paper, default"):
+        check_evaluation(scenario, 1, ["magic"], 1)
+    for trials, jobs in ((0, 1), (1, 0), (-1, 1)):
+        with pytest.raises(InputError, match="give numbers from 1"):
+            evaluate_paths(scenario, (), trials, ["oracle"], jobs)

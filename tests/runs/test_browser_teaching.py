@@ -1,0 +1,172 @@
+"""Pieces, seats and the clock of teaching in the browser; the browser itself is in tests/visualization."""
+
+import json
+import time
+
+import numpy as np
+import pytest
+
+from ichain_drake.demonstrations import read_demonstrations
+from ichain_drake.errors import InputError
+from ichain_drake.systems import load_scenario
+from ichain_drake.runs.browser_pieces import PieceRecorder
+from ichain_drake.runs.browser_teaching import END, RECORD, RESTART, TeachingSession
+from ichain_drake.simulation.commands import Commands
+from ichain_drake.simulation.episode import Episode
+from ichain_drake.simulation.real_time import FrameClock
+from ichain_drake.scenarios.seats import choose_seat
+from ichain_drake.timing import FRAME
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return load_scenario("car_game", (), "ideal", 0)
+
+
+@pytest.fixture
+def driven(scenario):
+    world, prepare = choose_seat(scenario).world(950)
+    episode = Episode(world, Commands(np.array([[0.5, 0.02], [0.51, 0.01], [0.5, 0.03]])), prepare)
+    episode.run(6)
+    return episode
+
+
+def test_a_piece_has_the_rows_of_whole_ticks(scenario, driven, tmp_path):
+    recorder = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path, {"seed": 0})
+    recorder.begin(7)
+    piece = recorder.keep(driven, 44, {"late_frames": 0}, "the person")
+    log = driven.log()
+    assert len(piece) == 4
+    assert piece.table["time"].to_list() == pytest.approx([0, 1 / 3, 2 / 3, 1])
+    assert np.array_equal(piece.table["car.x"], log.measured["car"][[10, 20, 30, 40], 0])
+    (read,) = read_demonstrations(tmp_path, scenario.graph)
+    assert read.table.equals(piece.table)
+    assert json.loads((tmp_path / "joystick-001.json").read_text())["ended_by"] == "the person"
+
+
+def test_numbers_go_on_where_a_folder_ends(scenario, driven, tmp_path):
+    for expected in ("joystick-001", "joystick-002"):
+        recorder = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path, {})
+        recorder.begin(0)
+        assert recorder.keep(driven, 60, {}, "the person").name == expected
+    recorder.begin(0)
+    recorder.drop()
+    recorder.begin(0)
+    assert recorder.open.name == "joystick-003"
+
+
+def test_a_piece_without_a_transition_is_not_kept(scenario, driven, tmp_path):
+    recorder = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path, {})
+    recorder.begin(1)
+    assert recorder.keep(driven, 15, {}, "the person") is None
+    assert recorder.open is None
+    assert not list(tmp_path.iterdir())
+
+
+def test_marks_replace_the_flags_of_their_interaction(scenario, driven, tmp_path):
+    recorder = PieceRecorder(choose_seat(scenario, "hand"), scenario.graph, tmp_path, {})
+    recorder.begin(0)
+    recorder.mark("joystick->car", 12, True)
+    assert recorder.open.marked("joystick->car") is False
+    recorder.mark("joystick->car", 31, True)
+    piece = recorder.keep(driven, 60, {}, "the person")
+    assert piece.table["joystick->car"].to_list() == [1, 1, 0, 0, 1, 1, 1]
+    assert piece.table["hand->joystick"].to_list() == list(driven.log().active["joystick"][::10, 0])
+
+
+def test_a_folder_that_cannot_be_written_keeps_the_piece_open(scenario, driven, tmp_path):
+    (tmp_path / "file").write_text("")
+    recorder = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path / "file", {})
+    recorder.begin(0)
+    with pytest.raises(InputError, match="can't make the folder"):
+        recorder.keep(driven, 60, {}, "the person")
+    assert recorder.open is not None
+
+
+def test_the_stick_follows_its_axes_and_springs_back(scenario):
+    seat = choose_seat(scenario)
+    middle = seat.command(np.zeros(2), np.zeros(2), np.zeros(2))
+    right = seat.command(np.array([1.0, 0.0]), middle, middle)
+    assert middle == pytest.approx([0.5, 0.0])
+    assert right[0] - middle[0] == pytest.approx(0.1 * np.sin(np.deg2rad(25)), rel=1e-6)
+
+
+def test_the_hand_stays_where_axes_left_it():
+    seat = choose_seat(load_scenario("water_dispenser", (), "ideal", 0))
+    home = np.array([0.56, -0.08, 0.25, 0.0, np.pi / 2, 0.0])
+    axes = np.array([1.0, 0.0, -0.5, 0.0, 0.0])
+    command = home
+    for _ in range(30):
+        command = seat.command(axes, command, command)
+    assert command[[0, 2]] - home[[0, 2]] == pytest.approx([0.15, -0.075], abs=1e-9)
+    assert seat.command(np.zeros(5), command, home) == pytest.approx(command)
+    assert seat.toggle("grip", command)[5] == 1.0
+    assert seat.toggle("grip", seat.toggle("grip", command)) == pytest.approx(command)
+    assert seat.command(axes, home + [5, 0, 0, 0, 0, 0], home)[0] < home[0] + 0.1  # never far ahead of the hand
+    assert [a.keys[1] for a in seat.axes[:3]] == ["ArrowUp", "ArrowLeft", "KeyW"]
+
+
+def test_every_scenario_can_be_driven_and_an_unknown_object_is_refused(scenario):
+    assert choose_seat(scenario, "hand").objects == ("hand", "joystick", "car")
+    with pytest.raises(InputError, match="nobody can drive 'car'; there is joystick, hand"):
+        choose_seat(scenario, "car")
+
+
+def test_the_clock_keeps_the_mean_period_and_does_not_hurry_after_a_stall():
+    clock = FrameClock()
+    clock.restart()
+    for frame in range(30):
+        clock.wait()
+        if frame == 20:
+            time.sleep(6 * FRAME)
+    found = clock.sampling()
+    assert found["frames"] == 30
+    assert found["late_frames"] >= 1
+    assert clock.recently_late >= 1
+    # 29 periods, of which the stalled one takes six: nothing of it is made up for by shorter ones.
+    assert found["mean_period_ms"] >= (28 + 6) / 29 * 1000 * FRAME - 1
+    clock.restart()
+    assert clock.sampling() == {"frames": 0, "late_frames": 0}
+
+
+def test_nothing_moves_while_nobody_looks(scenario, tmp_path):
+    said = []
+    session = TeachingSession(scenario, choose_seat(scenario), tmp_path, said.append)
+    session._start()
+    session._leave()
+    session._press(RECORD.name)
+    for _ in range(21):
+        session._frame()
+    session._leave()
+    session.view.close()
+    assert [p.name for p in session.pieces.saved] == ["joystick-001"]
+    assert len(session.pieces.saved[0]) == 3
+    assert (tmp_path / "joystick-001.parquet").is_file()
+    assert sum("nobody looks" in line for line in said) == 2
+
+
+def test_a_piece_that_cannot_be_written_is_not_lost(scenario, tmp_path):
+    folder = tmp_path / "pieces"
+    folder.write_text("in the way")
+    session = TeachingSession(scenario, choose_seat(scenario), folder, lambda line: None)
+    session._start()
+    session._press(RECORD.name)
+    for _ in range(11):
+        session._frame()
+    session._press(END.name)
+    assert not session._over
+    assert "can't make the folder" in session._alarm()
+    folder.unlink()
+    session._press(END.name)
+    session.view.close()
+    assert session._over
+    assert (folder / "joystick-001.parquet").is_file()
+
+
+def test_a_new_start_and_a_record_in_one_frame_begin_a_piece(scenario, tmp_path, monkeypatch):
+    session = TeachingSession(scenario, choose_seat(scenario), tmp_path, lambda line: None)
+    session._start()
+    monkeypatch.setattr(session.view.controls, "pressed", lambda: [RECORD.name, RESTART.name])
+    session._frame()
+    session.view.close()
+    assert session.pieces.open is not None
