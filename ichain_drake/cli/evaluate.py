@@ -18,7 +18,7 @@ from ichain_drake.runs.paths.evaluation import (
     check_evaluation,
     evaluate_paths,
 )
-from ichain_drake.systems import PathScenario
+from ichain_drake.scenarios import PathScenario
 
 
 def evaluate_path_scenario(

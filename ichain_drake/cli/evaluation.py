@@ -15,8 +15,8 @@ from ichain_drake.cli.run import deliver_report
 from ichain_drake.runs.paths.evaluation import EvaluationInterrupted
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder
 from ichain_drake.runs.provenance import versions
+from ichain_drake.scenarios import Scenario
 from ichain_drake.scenarios.goal_scenario import GoalScenario
-from ichain_drake.systems import Scenario
 
 
 @dataclass(frozen=True)

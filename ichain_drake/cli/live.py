@@ -11,10 +11,10 @@ from ichain_drake.cli.console import Reporter
 from ichain_drake.runs.browser_teaching import TeachingSession
 from ichain_drake.runs.live import LiveRun
 from ichain_drake.runs.paths.output import prepare_folder
+from ichain_drake.scenarios import Scenario
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.seats import choose_seat
 from ichain_drake.simulation.watching import watched_by
-from ichain_drake.systems import Scenario
 
 
 def teach_in_browser(scenario: Scenario, folder: Path, drive: str, *, opened: bool) -> None:

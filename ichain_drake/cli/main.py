@@ -77,7 +77,7 @@ def run(
     """
     from ichain_drake.cli.graph import run_goal_scenario
     from ichain_drake.cli.run import RunFiles, run_path_scenario
-    from ichain_drake.systems import PathScenario
+    from ichain_drake.scenarios import PathScenario
 
     if more and not (paths or goal):
         raise IchainError(f"unexpected argument {more[0]!r}; names of paths go behind --paths, goals behind --goal")
@@ -115,7 +115,7 @@ def plan(
 ) -> int:
     """Print the plan for a goal over an interaction graph, or why there is none."""
     from ichain_drake.cli.graph import print_plan
-    from ichain_drake.systems import PathScenario
+    from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)
     if isinstance(loaded, PathScenario):
@@ -146,7 +146,7 @@ def evaluate(
     """Compare methods over many seeds, in one table."""
     from ichain_drake.cli.evaluate import evaluate_path_scenario
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
-    from ichain_drake.systems import PathScenario
+    from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)
     names = [m.strip() for m in methods.split(",") if m.strip()]

@@ -17,8 +17,8 @@ from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.paths.relearn import relearn_link, summarise_ways
 from ichain_drake.runs.paths.run import check_settings
+from ichain_drake.scenarios import PathScenario
 from ichain_drake.scenarios.goal_scenario import GoalScenario
-from ichain_drake.systems import PathScenario
 
 
 def relearn_and_compare(

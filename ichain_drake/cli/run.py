@@ -27,7 +27,7 @@ from ichain_drake.runs.paths.output import (
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.runs.paths.run import check_settings, recorded_seconds, run_paths
 from ichain_drake.runs.provenance import data_hash
-from ichain_drake.systems import PathScenario, Scenario, build_world
+from ichain_drake.scenarios import PathScenario, Scenario, build_world
 
 
 @dataclass(frozen=True)

@@ -31,9 +31,12 @@ def teach(
 ) -> None:
     """Record demonstrations: the scripted ones, or a person's (--browser)."""
     from ichain_drake.cli.console import Reporter
+    from ichain_drake.runs.goals import run as goal_run
     from ichain_drake.runs.goals.settings import graph_spec
+    from ichain_drake.runs.paths import run as path_run
     from ichain_drake.runs.paths.output import prepare_folder
-    from ichain_drake.systems import PathScenario, graph_run, path_result, path_run
+    from ichain_drake.runs.paths.result import PathRun
+    from ichain_drake.scenarios import PathScenario
 
     if drive and not browser:
         raise InputError("--drive is for --browser: a script drives what it has to")
@@ -43,7 +46,7 @@ def teach(
 
         teach_in_browser(loaded, output, drive, opened=opened)
         return
-    started: path_result.PathRun | graph_run.GraphRun
+    started: PathRun | goal_run.GraphRun
     if isinstance(loaded, PathScenario):
         path_run.check_settings(loaded)
     else:
@@ -51,11 +54,11 @@ def teach(
     prepare_folder(output)
     with Reporter() as say:
         if isinstance(loaded, PathScenario):
-            started = path_result.PathRun(loaded)
+            started = PathRun(loaded)
             path_run.record_pieces(started, output, say)
         else:
-            started = graph_run.GraphRun(loaded, ())
-            graph_run.record_pieces(started, output, say)
+            started = goal_run.GraphRun(loaded, ())
+            goal_run.record_pieces(started, output, say)
     for piece in started.pieces:
         print(f"written: {output / piece.name}.parquet, {len(piece)} rows")
 
@@ -69,7 +72,7 @@ def learn(scenario: str, demos: Path, output: Path, settings: tuple[str, ...]) -
     """Learn a scenario's links, or its whole graph, from demonstrations and save them as a library."""
     from ichain_drake.cli.graph import learn_graph_library
     from ichain_drake.cli.run import learn_library
-    from ichain_drake.systems import PathScenario
+    from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, "ideal", 0)
     (learn_library if isinstance(loaded, PathScenario) else learn_graph_library)(loaded, demos, output)

@@ -13,10 +13,10 @@ from pydrake.systems.framework import Context, LeafSystem
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.runs.browser_pieces import PieceRecorder
+from ichain_drake.scenarios.seats import Seat
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.interruption import deferred_interrupt
 from ichain_drake.simulation.real_time import FrameClock
-from ichain_drake.scenarios.seats import Seat
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 from ichain_drake.visualization import Button, Camera, LiveView

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 
 from ichain_drake.errors import InputError
 from ichain_drake.robot import Physics
-from ichain_drake.scenarios.base import PathScenario, Scenario
-from ichain_drake.scenarios.build import build_world
-from ichain_drake.scenarios.graph_scenario import GraphScenario
+from ichain_drake.scenarios.base import Scenario
 from ichain_drake.systems.car_game.scenario import CarGame
 from ichain_drake.systems.car_racing.scenario import CarRacing
 from ichain_drake.systems.driving.scenario import Driving
@@ -21,7 +19,7 @@ from ichain_drake.systems.ship.scenario import ShipVoyage
 from ichain_drake.systems.two_dispensers.scenario import TwoDispensers
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
-# A new scenario: one file, its YAML under models/scenarios, and one line here.
+# A new system: one folder, its YAML under models/scenarios, and one line here.
 SCENARIOS: dict[str, type[Scenario]] = {
     CarGame.name: CarGame,
     CarRacing.name: CarRacing,
@@ -57,20 +55,4 @@ def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "
     return SCENARIOS[name](overrides, physics, seed)
 
 
-__all__ = [
-    "SCENARIOS",
-    "CarGame",
-    "CarRacing",
-    "Driving",
-    "GraphScenario",
-    "HoverGame",
-    "KettleScenario",
-    "Microwave",
-    "PathScenario",
-    "Scenario",
-    "ShipVoyage",
-    "TwoDispensers",
-    "WaterDispenser",
-    "build_world",
-    "load_scenario",
-]
+__all__ = ["SCENARIOS", "load_scenario"]

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from ichain_drake.cli.main import main
-from ichain_drake.systems import SCENARIOS, CarGame
+from ichain_drake.systems import SCENARIOS
+from ichain_drake.systems.car_game.scenario import CarGame
 
 ROW = {"method", "samples", "physics", "case", "seed", "success", "error", "paper_metric", "reason", "unit"}
 LINE = {

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pydrake.multibody.parsing import LoadModelDirectivesFromString
 
-from ichain_drake.robot import RobotSpec
+from ichain_drake.robot import HandSpec, Posture, RobotSpec
 
 OTHER = Path(__file__).parent / "other_arm.urdf"
 

@@ -8,13 +8,13 @@ import pytest
 
 from ichain_drake.demonstrations import read_demonstrations
 from ichain_drake.errors import InputError
-from ichain_drake.systems import load_scenario
 from ichain_drake.runs.browser_pieces import PieceRecorder
 from ichain_drake.runs.browser_teaching import END, RECORD, RESTART, TeachingSession
+from ichain_drake.scenarios.seats import choose_seat
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.real_time import FrameClock
-from ichain_drake.scenarios.seats import choose_seat
+from ichain_drake.systems import load_scenario
 from ichain_drake.timing import FRAME
 
 

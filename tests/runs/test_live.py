@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from ichain_drake.control.tracking.path import TimedPath
-from ichain_drake.systems import load_scenario
+from ichain_drake.runs.live import LiveRun
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode
-from ichain_drake.runs.live import LiveRun
 from ichain_drake.simulation.recorder import RecordingInterrupted, record
 from ichain_drake.simulation.watching import present_watcher, watched_by
+from ichain_drake.systems import load_scenario
 
 
 class Eye:

@@ -7,8 +7,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.errors import InputError
+from ichain_drake.scenarios import Scenario, build_world
 from ichain_drake.scenarios.joystick_game import JoystickGameConfig
-from ichain_drake.systems import CarGame, Scenario, build_world, load_scenario
+from ichain_drake.systems import load_scenario
+from ichain_drake.systems.car_game.scenario import CarGame
 
 
 def states(diagram: Diagram, context) -> list[np.ndarray]:

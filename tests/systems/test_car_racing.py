@@ -19,7 +19,8 @@ from ichain_drake.runs.paths.output import make_recording
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.runs.paths.run import run_paths
 from ichain_drake.runs.provenance import data_hash
-from ichain_drake.systems import build_world, load_scenario
+from ichain_drake.scenarios import build_world
+from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
 from ichain_drake.systems.car_racing.scenario import CAR_WIDTH, CarRacing
 from ichain_drake.timing import FRAME

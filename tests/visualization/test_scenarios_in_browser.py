@@ -18,7 +18,7 @@ from ichain_drake.runs.paths.output import write_recording
 from ichain_drake.runs.paths.result import PathResult, PathRun
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode
-from ichain_drake.systems import CarGame
+from ichain_drake.systems.car_game.scenario import CarGame
 from ichain_drake.systems.water_dispenser.layout import LAYOUT
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 from ichain_drake.systems.water_dispenser.teleoperation import Teleoperation

@@ -14,19 +14,19 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import IchainError, InputError
 from ichain_drake.learning import InteractionSpec
 from ichain_drake.robot import Physics
-from ichain_drake.scenarios.base import Scenario
-from ichain_drake.scenarios.goal_scenario import GoalScenario
-from ichain_drake.scenarios.probes import HasProbes
-from ichain_drake.runs.goals.settings import graph_spec
-from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
 from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
-from ichain_drake.runs.paths.evaluation import EvaluationInterrupted
+from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.goals.status_accuracy import (
     LEAST_EVENTS,
     count_events,
     held_out_scores,
     probe_scores,
 )
+from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
+from ichain_drake.runs.paths.evaluation import EvaluationInterrupted
+from ichain_drake.scenarios.base import Scenario
+from ichain_drake.scenarios.goal_scenario import GoalScenario
+from ichain_drake.scenarios.probes import HasProbes
 
 CASES: dict[str, tuple[str, ...]] = {
     "none": (),

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import gap, value_of
 from ichain_drake.control.planning.plan import Condition
-from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel
-from ichain_drake.simulation.episode import EpisodeLog
 from ichain_drake.runs.goals.run import GraphRun
+from ichain_drake.simulation.episode import EpisodeLog
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.visualization import Episode, Lane, Readout, Recording, Strip, plot_timeline, write_playback

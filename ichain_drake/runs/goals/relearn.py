@@ -11,10 +11,10 @@ import numpy as np
 from ichain_drake.errors import IchainError, InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.library import LibraryParts, load_parts
-from ichain_drake.scenarios.base import Progress
-from ichain_drake.scenarios.goal_scenario import GoalScenario
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.runs.provenance import versions
+from ichain_drake.scenarios.base import Progress
+from ichain_drake.scenarios.goal_scenario import GoalScenario
 from ichain_drake.timing import TICK
 
 ORIGINAL = "original"

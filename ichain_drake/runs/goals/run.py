@@ -12,22 +12,22 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
+from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import gap, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import SkillFunction
-from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.demonstrations import Demonstration, write_demonstrations
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, InteractionSpec, read_pieces
 from ichain_drake.learning.library import LibraryParts
-from ichain_drake.scenarios.base import Progress
-from ichain_drake.simulation.episode import EpisodeInterrupted, EpisodeLog
-from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
-from ichain_drake.simulation.goal_episode import GraphEpisode, look, start_command
+from ichain_drake.runs.goals.knowledge import Knowledge, learn_rest
 from ichain_drake.runs.goals.plan import make_goal
 from ichain_drake.runs.goals.settings import graph_spec
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_rest
 from ichain_drake.runs.provenance import versions
+from ichain_drake.scenarios.base import Progress
+from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
+from ichain_drake.simulation.episode import EpisodeInterrupted, EpisodeLog
+from ichain_drake.simulation.goal_episode import GraphEpisode, look, start_command
 from ichain_drake.simulation.recorder import RecordingInterrupted
 from ichain_drake.state import FloatArray
 

@@ -8,9 +8,9 @@ import numpy as np
 from sklearn.base import is_regressor
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.frozen import freeze
 from ichain_drake.learning import InteractionSpec
 from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning.frozen import freeze
 from ichain_drake.scenarios.config import ControlConfig, LearningConfig, ScenarioConfig
 
 

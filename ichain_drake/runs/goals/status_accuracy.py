@@ -5,7 +5,7 @@ Only an evaluator may look at what is used here: other seeds' pieces, and the tr
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, event_f1, f1
 from ichain_drake.learning.status.scores import switches
 from ichain_drake.scenarios.probes import BoolArray, Probes, States
-from ichain_drake.state import FloatArray
 
 LEAST_EVENTS = 40
 """Switching events of each interaction that held-out pieces should show."""

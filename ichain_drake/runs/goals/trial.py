@@ -10,15 +10,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.execution.executor import ExecutorSettings
+from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import gap, value_of
 from ichain_drake.control.planning.model import span
-from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.errors import IchainError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.robot import Physics
-from ichain_drake.scenarios.base import Scenario
-from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.runs.goals.knowledge import Knowledge
+from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.scenarios.base import Scenario
 from ichain_drake.state import StateSpace
 
 MISJUDGED, LEARNING, ERROR = "misjudged", "learning", "error"

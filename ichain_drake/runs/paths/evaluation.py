@@ -17,12 +17,17 @@ from ichain_drake.errors import IchainError, InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedChain, LinkCandidates, learn_chain, replace_samples
 from ichain_drake.robot import Physics
-from ichain_drake.scenarios.base import PathScenario
-from ichain_drake.runs.paths.link_accuracy import HasWantedStates, first_link_graph, learn_first_link, measure_first_link
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.following import follow, oracle_follow
+from ichain_drake.runs.paths.link_accuracy import (
+    HasWantedStates,
+    first_link_graph,
+    learn_first_link,
+    measure_first_link,
+)
 from ichain_drake.runs.paths.result import PathResult
 from ichain_drake.runs.paths.run import check_settings
+from ichain_drake.scenarios.base import PathScenario
 
 FULL = 500
 """Transitions per link that the paper had (sec. IV)."""

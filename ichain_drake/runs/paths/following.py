@@ -9,10 +9,10 @@ from ichain_drake.control.tracking.path import TimedPath, paper_path_error, path
 from ichain_drake.control.tracking.systems import Controller
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LearnedChain
-from ichain_drake.scenarios.base import PathScenario
-from ichain_drake.simulation.episode import EpisodeLog, follow_path
 from ichain_drake.runs.paths.oracle import OraclePolicy
 from ichain_drake.runs.paths.result import PathResult
+from ichain_drake.scenarios.base import PathScenario
+from ichain_drake.simulation.episode import EpisodeLog, follow_path
 from ichain_drake.timing import TICK
 
 

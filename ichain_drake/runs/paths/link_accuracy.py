@@ -12,10 +12,10 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from pydrake.systems.framework import Context, State
 
+from ichain_drake.control.ticks import TickSystem
 from ichain_drake.control.tracking.levels import InverseLevel
 from ichain_drake.control.tracking.move_to import MoveTo, RobotLevel
 from ichain_drake.control.tracking.path import TimedPath
-from ichain_drake.control.ticks import TickSystem
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph

@@ -18,11 +18,11 @@ from ichain_drake.graph import Interaction
 from ichain_drake.learning.chain.chain import LearnedChain, LearnedLink, learn_chain
 from ichain_drake.learning.chain.command import LearnedCommand
 from ichain_drake.learning.library import load_command, load_links
-from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.evaluation import VARIANTS, learn_variant
 from ichain_drake.runs.paths.following import follow
 from ichain_drake.runs.provenance import versions
+from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.timing import TICK
 
 ORIGINAL = "original"

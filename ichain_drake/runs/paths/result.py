@@ -12,9 +12,9 @@ from ichain_drake.control.tracking.chain import ChainController
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.learning.chain.chain import LearnedChain
+from ichain_drake.runs.provenance import versions
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.simulation.episode import EpisodeLog
-from ichain_drake.runs.provenance import versions
 from ichain_drake.timing import FRAMES_PER_TICK
 
 

@@ -15,10 +15,10 @@ from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedLink, learn_chain
 from ichain_drake.learning.chain.command import LearnedCommand
-from ichain_drake.scenarios.base import PathScenario, Progress
-from ichain_drake.simulation.episode import EpisodeInterrupted
 from ichain_drake.runs.paths.following import follow, measure_result, oracle_follow
 from ichain_drake.runs.paths.result import PathRun
+from ichain_drake.scenarios.base import PathScenario, Progress
+from ichain_drake.simulation.episode import EpisodeInterrupted
 from ichain_drake.simulation.recorder import RecordingInterrupted, whole_frames
 from ichain_drake.simulation.watching import watched_by
 from ichain_drake.timing import TICK

@@ -97,9 +97,9 @@ class CarRacing(JoystickGame):
             InputError: if the extra is not installed; says how to install it.
         """
         require_gymnasium("envs.box2d.car_racing")
-        from ichain_drake.systems import car_racing_game  # noqa: PLC0415  (an extra)
+        from ichain_drake.systems.car_racing import game  # noqa: PLC0415  (an extra)
 
-        return car_racing_game
+        return game
 
     @cached_property
     def environment(self) -> GameEnvironment:

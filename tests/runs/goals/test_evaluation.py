@@ -19,11 +19,11 @@ from ichain_drake.runs.goals.evaluation import (
     possible_variants,
     score_classifiers,
 )
-from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
 from ichain_drake.runs.goals.knowledge import Knowledge
 from ichain_drake.runs.goals.status_accuracy import count_events, held_out_scores, probe_scores
-from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
+from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
 from ichain_drake.systems.water_dispenser.layout import LAYOUT
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 GOAL = ("cup.water <= 0.3", "not hand->cup")
 SCENARIO = WaterDispenser((), "ideal")

@@ -9,18 +9,18 @@ import pytest
 
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings
-from ichain_drake.control.planning.plan import NoPlan, Plan
 from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.plan import NoPlan, Plan
 from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionSpec
 from ichain_drake.learning.chain.link import EstimatorSpec
-from ichain_drake.simulation.commands import Commands
-from ichain_drake.simulation.episode import Episode
-from ichain_drake.simulation.goal_episode import GraphEpisode, look
+from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
 from ichain_drake.runs.goals.output import classified, flags_of, make_graph_recording, write_graph_pictures
 from ichain_drake.runs.goals.plan import make_goal, make_plan
 from ichain_drake.runs.goals.run import GraphRun, run_graph
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
+from ichain_drake.simulation.commands import Commands
+from ichain_drake.simulation.episode import Episode
+from ichain_drake.simulation.goal_episode import GraphEpisode, look
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 HOT = ["cup.temperature >= 0.5", "cup.water >= 0.3", "not hand->cup"]

@@ -6,8 +6,8 @@ from lamp import LampScenario
 import ichain_drake as ic
 from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionSpec
-from ichain_drake.scenarios.config import ControlConfig, LearningConfig, ScenarioConfig
 from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.scenarios.config import ControlConfig, LearningConfig, ScenarioConfig
 
 
 def test_the_estimator_is_the_only_one_for_effects() -> None:

@@ -8,8 +8,9 @@ import pytest
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.controls.joystick import FULL_TILT, tilt_from_axes
-from ichain_drake.systems import CarGame, load_scenario
 from ichain_drake.runs.paths.link_accuracy import HasWantedStates, LinkAccuracy, learn_first_link, measure_first_link
+from ichain_drake.systems import load_scenario
+from ichain_drake.systems.car_game.scenario import CarGame
 
 MOVING, REST = 0.03, 0.02
 """Largest rms over both axes at the end of the first tick and of the next, read noise included."""

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from ichain_drake.control.tracking.path import TimedPath
-from ichain_drake.systems import load_scenario
+from ichain_drake.runs.paths.following import oracle_follow
+from ichain_drake.runs.paths.oracle import TrueTickModel, straight_frames
 from ichain_drake.scenarios.joystick_demonstrations import Player
 from ichain_drake.simulation.episode import Episode
-from ichain_drake.runs.paths.oracle import TrueTickModel, straight_frames
-from ichain_drake.runs.paths.following import oracle_follow
+from ichain_drake.systems import load_scenario
 from ichain_drake.timing import FRAMES_PER_TICK
 from ichain_drake.world.reference import WorldReference
 

@@ -8,8 +8,8 @@ import pytest
 
 from ichain_drake.cli.main import main
 from ichain_drake.errors import InputError
-from ichain_drake.systems import load_scenario
 from ichain_drake.runs.paths.relearn import WAYS, relearn_link, summarise_ways
+from ichain_drake.systems import load_scenario
 
 FAST = ("learning.samples=300", "control.efforts=[0.05]", "learning.estimator=polynomial(degree=3)")
 

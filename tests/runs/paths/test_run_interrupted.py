@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import Context, State
 
-from ichain_drake.systems import CarGame
 from ichain_drake.scenarios.joystick_demonstrations import Player
 from ichain_drake.simulation.episode import EpisodeLog
 from ichain_drake.simulation.interruption import deferred_interrupt
 from ichain_drake.simulation.recorder import RecordingInterrupted, record, whole_frames
+from ichain_drake.systems.car_game.scenario import CarGame
 
 
 def test_a_frame_that_only_some_ports_have_is_dropped():

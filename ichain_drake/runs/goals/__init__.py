@@ -1,0 +1,1 @@
+"""Runs of systems that reach goals over an interaction graph."""
