@@ -3,6 +3,10 @@
 Every message says what is wrong, where, and what to do next. The command line prints it as one line and exits with 2.
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 
 class IchainError(Exception):
     """Base class of all errors that this library raises on purpose."""
@@ -18,3 +22,15 @@ class UnreachableError(IchainError):
 
 class ActiveCycleError(IchainError):
     """Interactions that are active at one time form a cycle: no order of evaluation exists."""
+
+
+class WorkerLostError(IchainError):
+    """A process that worked for an evaluation was killed; the message says in which trial and what is kept.
+
+    Attributes:
+        found: what was finished, as the evaluation returns it; empty until the evaluation fills it.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.found: dict[str, Any] = {}

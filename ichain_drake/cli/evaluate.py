@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pandas as pd
 from rich.table import Table
 
 from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
+from ichain_drake.runs.intervals import success_interval, success_words
 from ichain_drake.runs.paths.evaluation import (
     CURVE,
     FIRST_LINK,
@@ -20,6 +22,8 @@ from ichain_drake.runs.paths.evaluation import (
 )
 from ichain_drake.scenarios import PathScenario
 
+_REASONS = 3  # that are printed, the most frequent ones
+
 
 def evaluate_path_scenario(
     scenario: PathScenario,
@@ -29,6 +33,8 @@ def evaluate_path_scenario(
     jobs: int,
     report: str | None,
     output: Path | None,
+    *,
+    resume: bool = False,
 ) -> None:
     """Evaluate, print one table, write the report and the learning curves.
 
@@ -42,16 +48,20 @@ def evaluate_path_scenario(
         trials,
         "seeds",
         "every seed was evaluated",
-        evaluate=lambda say: evaluate_paths(scenario, overrides, trials, methods, jobs, say),
-        text=lambda found: _format(scenario, found["table"]),
+        evaluate=lambda say, rows: evaluate_paths(scenario, overrides, trials, methods, jobs, say, rows),
+        text=lambda found: _format(scenario, found),
         pictures=lambda found, folder: _write_curves(found["rows"], scenario, folder),
+        asked={"settings": list(overrides), "methods": list(methods)},
     )
-    run_evaluation(evaluation, report, output)
+    run_evaluation(evaluation, report, output, resume=resume)
 
 
-def _format(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
+def _format(scenario: PathScenario, found: Mapping[str, Any]) -> str:
+    table = found["table"]
     parts = [_format_paths(scenario, [line for line in table if line["method"] != FIRST_LINK])]
     parts.append(_format_link(scenario, [line for line in table if line["method"] == FIRST_LINK]))
+    reasons = Counter(row["reason"] for row in found["rows"] if row["reason"])
+    parts.append("\n".join(f"not completed: {reason} ({n} times)" for reason, n in reasons.most_common(_REASONS)))
     return "\n\n".join(part for part in parts if part)
 
 
@@ -62,7 +72,13 @@ def _format_link(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str
     for line in table:
         error = "-" if line["mean_error"] is None else f"{line['mean_error']:.4f} +- {line['std_error']:.4f}"
         largest = "-" if line["max_error"] is None else f"{line['max_error']:.4f}"
-        view.add_row(line["case"], str(line["samples"]), error, largest, f"{line['completed']}/{line['runs']}")
+        view.add_row(
+            line["case"],
+            str(line["samples"]),
+            error,
+            largest,
+            success_words(line["completed"], line["runs"], line["interval"]),
+        )
     note = f"wanted against read states at the end of the first tick and of the next; {scenario.physics} physics"
     return table_text(view, note)
 
@@ -86,9 +102,11 @@ def _format_paths(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> st
                 ratios.append("-" if found["ratio_to_oracle"] is None else f"{found['ratio_to_oracle']:.2f}")
         done = sum(v["completed"] for v in by_case.values())
         runs = sum(v["runs"] for v in by_case.values())
-        view.add_row(method, str(samples) if samples else "", *cells, " / ".join(ratios), f"{done}/{runs}")
-    where = f"{scenario.name}, {scenario.physics} physics"
-    return table_text(view, f"mean error over completed runs +- spread over seeds; {where}")
+        completed = success_words(done, runs, success_interval(done, runs))
+        view.add_row(method, str(samples) if samples else "", *cells, " / ".join(ratios), completed)
+    where = f"{scenario.name}, {scenario.physics} physics, seeds {table[0]['seeds']}"
+    note = f"mean error over completed runs +- spread over seeds, each with demonstrations of its own; {where}"
+    return table_text(view, f"{note}\nin brackets Wilson's 95 % interval")
 
 
 def _write_curves(rows: Sequence[dict[str, Any]], scenario: PathScenario, folder: Path) -> None:

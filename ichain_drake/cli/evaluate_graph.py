@@ -11,8 +11,11 @@ from rich.table import Table
 
 from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
 from ichain_drake.errors import InputError
-from ichain_drake.runs.goals.evaluation import NUMBER, check_graph_evaluation, evaluate_goals
+from ichain_drake.runs.goals.evaluation import GoalEvaluation, check_graph_evaluation, evaluate_goals
 from ichain_drake.runs.goals.run import own_goal
+from ichain_drake.runs.goals.trial import FRESH
+from ichain_drake.runs.goals.variants import NUMBER
+from ichain_drake.runs.intervals import success_words
 from ichain_drake.scenarios.goal_scenario import GoalScenario
 
 
@@ -24,6 +27,10 @@ def evaluate_goal_scenario(
     jobs: int,
     report: str | None,
     output: Path | None = None,
+    *,
+    shared: bool = True,
+    fresh: bool = False,
+    resume: bool = False,
 ) -> None:
     """Evaluate the scenario's own goal, print the tables, write the report, into the folder `output` if not named.
 
@@ -37,17 +44,19 @@ def evaluate_goal_scenario(
         raise InputError(f"{scenario.name} has no goal of its own to evaluate; set one in its file")
     if output is not None:
         report = report or str(output / "report.json")
+    what = GoalEvaluation(scenario, tuple(overrides), goal, trials, tuple(methods), jobs, shared, fresh)
     evaluation = Evaluation(
         scenario,
         trials,
         "runs a line",
         "every trial was run",
-        evaluate=lambda say: evaluate_goals(scenario, overrides, goal, trials, methods, jobs, say),
+        evaluate=lambda say, rows: evaluate_goals(what, say, rows),
         text=lambda found: format_evaluation(scenario, found),
         pictures=lambda found, folder: _write_curve(found["rows"], folder),
+        asked={"settings": list(overrides), "methods": list(methods), "goal": list(goal)},
         more={"goal": list(goal)},
     )
-    run_evaluation(evaluation, report, output)
+    run_evaluation(evaluation, report, output, resume=resume)
 
 
 def _write_curve(rows: Sequence[Mapping[str, Any]], folder: Path) -> None:
@@ -65,22 +74,38 @@ def format_evaluation(scenario: GoalScenario, found: Mapping[str, Any]) -> str:
     """The tables as text."""
     parts = [_trials(found["table"]), _classifiers(found["classifiers"], found["held_out"])]
     parts += [f"case {case} is left out: {reason}" for case, reason in found["skipped"].items()]
-    parts.append(f"{scenario.name}, {scenario.physics} physics, demonstrations of seed {scenario.seed}")
+    parts.append(f"{scenario.name}, {scenario.physics} physics, seed {scenario.seed}")
     return "\n\n".join(part for part in parts if part)
 
 
 def _trials(table: Sequence[Mapping[str, Any]]) -> str:
     if not table:
         return ""
-    view = Table("method", "case", "reached", "silent", "steps", "replans", "causes of failure", box=None)
+    view = Table(
+        "method",
+        "case",
+        "demonstrations",
+        "seeds",
+        "reached",
+        "silent",
+        "steps",
+        "replans",
+        "causes of failure",
+        box=None,
+    )
     for line in table:
         steps = "-" if line["median_steps"] is None else f"{line['median_steps']:.0f}"
         causes = ", ".join(f"{cause} {n}" for cause, n in line["causes"].items())
-        reached = f"{line['reached']}/{line['runs']}"
+        reached = success_words(line["reached"], line["runs"], line["interval"])
+        seeds = line["seeds"] if line["demonstrations"] == FRESH else f"runs {line['seeds']}"
         view.add_row(
-            line["method"], line["case"], reached, str(line["silent"]), steps, f"{line['mean_replans']:.1f}", causes
-        )
-    note = "reached: in truth; silent: ended as if it were; steps: median where reached; replans: mean"
+            line["method"], line["case"], line["demonstrations"], seeds, reached, str(line["silent"]), steps,
+            f"{line['mean_replans']:.1f}", causes,
+        )  # fmt: skip
+    note = (
+        "reached: in truth, with Wilson's 95 % interval; silent: ended as if it were; steps: median where reached; "
+        "replans: mean"
+    )
     return table_text(view, note)
 
 

@@ -10,11 +10,14 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from ichain_drake import rules
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.run import deliver_report
-from ichain_drake.runs.paths.evaluation import EvaluationInterrupted
+from ichain_drake.errors import InputError, WorkerLostError
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import given_of, versions
+from ichain_drake.runs.row_file import RowFile, rows_beside
+from ichain_drake.runs.runner import EvaluationInterrupted, Say
 from ichain_drake.scenarios import Scenario
 from ichain_drake.scenarios.goal_scenario import GoalScenario
 
@@ -28,9 +31,11 @@ class Evaluation:
         trials: how many.
         what: of each, for the line that is said first.
         done: the report's reason if all of them were finished.
-        evaluate: does the work, given what is called with a line and the fraction done; returns rows and tables.
+        evaluate: does the work, given what is called with a line and the fraction done, and where rows are kept;
+            returns rows and tables.
         text: the tables as text.
         pictures: draws what was found into a folder.
+        asked: what else its rows depend on; rows on disk that were asked for otherwise are not gone on with.
         more: entries of the report beside what all have.
     """
 
@@ -38,35 +43,48 @@ class Evaluation:
     trials: int
     what: str
     done: str
-    evaluate: Callable[[Callable[[str, float | None], None]], dict[str, Any]]
+    evaluate: Callable[[Say, RowFile], dict[str, Any]]
     text: Callable[[dict[str, Any]], str]
     pictures: Callable[[dict[str, Any], Path], None]
+    asked: Mapping[str, Any] = field(default_factory=dict)
     more: Mapping[str, Any] = field(default_factory=dict)
 
 
-def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | None) -> None:
-    """Evaluate, print the tables, write report and pictures.
+def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | None, *, resume: bool = False) -> None:
+    """Evaluate, print the tables, write report and pictures; rows go beside the report as they come.
 
     Args:
         evaluation: see there.
         report: a file, or `-` for stdout.
         output: folder for pictures.
+        resume: go on from the rows beside the report.
 
     Raises:
-        InputError: if a file or folder can't be written.
+        InputError: if a file or folder can't be written, or there is no report to go on from.
         EvaluationInterrupted: on Ctrl-C, once the report on what was finished is written.
+        WorkerLostError: if a process was killed, likewise.
     """
     scenario = evaluation.scenario
     if output is not None:
         prepare_folder(output)
     if report not in (None, "-"):
         prepare_file(Path(str(report)))
-    stopped: EvaluationInterrupted | None = None
+    elif resume:
+        raise InputError("--resume goes on from the rows beside a report: name it with --report FILE")
+    about = {
+        "scenario": scenario.name,
+        "physics": scenario.physics,
+        "seed": scenario.seed,
+        "without": sorted(rules.switched_off()),
+        **evaluation.asked,
+    }
+    rows = RowFile(None if report in (None, "-") else rows_beside(Path(str(report))), about, resume=resume)
+    stopped: EvaluationInterrupted | WorkerLostError | None = None
     with Reporter() as say:
         say(f"evaluating {scenario.name}, {evaluation.trials} {evaluation.what}")
         try:
-            found = evaluation.evaluate(say)
-        except EvaluationInterrupted as interruption:
+            found = evaluation.evaluate(say, rows)
+        except (EvaluationInterrupted, WorkerLostError) as interruption:
             stopped, found = interruption, interruption.found
     document = {
         "scenario": scenario.name,
@@ -74,15 +92,15 @@ def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | No
         "seed": scenario.seed,
         "trials": evaluation.trials,
         **evaluation.more,
-        "reason": "interrupted" if stopped else evaluation.done,
+        "reason": evaluation.done if stopped is None else str(stopped),
         "versions": versions(),
-        "given": scenario.given(),
+        "given": given_of(scenario),
         **found,
     }
     deliver_report(document, report, text=evaluation.text(found))
     if output is not None:
         evaluation.pictures(found, output)
-    if stopped:
+    if stopped is not None:
         raise stopped
 
 

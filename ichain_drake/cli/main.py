@@ -14,8 +14,9 @@ from pathlib import Path
 import click
 
 from ichain_drake.cli.options import PATH, options, scenario_named
+from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
-from ichain_drake.errors import IchainError, UnreachableError
+from ichain_drake.errors import IchainError, UnreachableError, WorkerLostError
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -24,7 +25,7 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, relearn):
+for _command in (teach, learn, relearn, scoreboard):
     app.add_command(_command)
 
 
@@ -48,7 +49,7 @@ def list_scenarios() -> None:
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
 @options("library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
-@options("report", "output")
+@options("report", "output", "without")
 @click.option("--oracle/--no-oracle", default=True, show_default=True, help="also run the oracle, for comparison")
 @click.option("--meshcat", is_flag=True, help="show it in the web browser while it runs")
 @click.option("--realtime", is_flag=True, help="with --meshcat: as slow as in reality")
@@ -66,6 +67,7 @@ def run(
     record: Path | None,
     report: str | None,
     output: Path | None,
+    without: tuple[str, ...],
     oracle: bool,
     meshcat: bool,
     realtime: bool,
@@ -75,6 +77,7 @@ def run(
 
     SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
     """
+    from ichain_drake import rules
     from ichain_drake.cli.graph import run_goal_scenario
     from ichain_drake.cli.run import RunFiles, run_path_scenario
     from ichain_drake.scenarios import PathScenario
@@ -85,15 +88,16 @@ def run(
         raise IchainError("--realtime is for --meshcat: without it nobody watches")
     loaded = scenario_named(scenario, settings, physics, seed)
     files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
-    if not isinstance(loaded, PathScenario):
-        if path is not None or paths:
-            raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
-        return run_goal_scenario(loaded, files, [*goal, *more], demos, library, meshcat=meshcat, realtime=realtime)
-    if goal:
-        raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
-    return run_path_scenario(
-        loaded, files, path, [*paths, *more], demos, library, oracle=oracle, meshcat=meshcat, realtime=realtime
-    )
+    with rules.without(without):
+        if not isinstance(loaded, PathScenario):
+            if path is not None or paths:
+                raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
+            return run_goal_scenario(loaded, files, [*goal, *more], demos, library, meshcat=meshcat, realtime=realtime)
+        if goal:
+            raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
+        return run_path_scenario(
+            loaded, files, path, [*paths, *more], demos, library, oracle=oracle, meshcat=meshcat, realtime=realtime
+        )
 
 
 @app.command()
@@ -130,32 +134,48 @@ def plan(
 @click.option(
     "--methods", metavar="A,B", default="", help="only these (paths: also method@samples; goals: also method/case)"
 )
-@click.option("--jobs", default=1, show_default=True, help="processes")
-@options("report", "output", "settings")
+@click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
+@click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
+@click.option("--jobs", default=1, show_default=True, help="processes, up to the number of cores")
+@options("report", "output", "resume", "without", "settings")
 def evaluate(
     scenario: str,
     physics: str,
     seed: int,
     trials: int | None,
     methods: str,
+    fresh: bool,
+    shared: bool,
     jobs: int,
     report: str | None,
     output: Path | None,
+    resume: bool,
+    without: tuple[str, ...],
     settings: tuple[str, ...],
 ) -> None:
-    """Compare methods over many seeds, in one table."""
+    """Compare methods over many seeds, in one table.
+
+    --fresh and --shared together print both.
+    """
+    from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)
     names = [m.strip() for m in methods.split(",") if m.strip()]
-    if isinstance(loaded, PathScenario):
-        count = 20 if trials is None else trials
-        evaluate_path_scenario(loaded, list(settings), count, names, jobs, report, output)
-    else:
-        count = 5 if trials is None else trials
-        evaluate_goal_scenario(loaded, list(settings), count, names, jobs, report, output)
+    with rules.without(without):
+        if isinstance(loaded, PathScenario):
+            if shared:
+                raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
+            count = 20 if trials is None else trials
+            evaluate_path_scenario(loaded, list(settings), count, names, jobs, report, output, resume=resume)
+        else:
+            count = 5 if trials is None else trials
+            evaluate_goal_scenario(
+                loaded, list(settings), count, names, jobs, report, output,
+                shared=shared or not fresh, fresh=fresh, resume=resume,
+            )  # fmt: skip
 
 
 @app.command()
@@ -262,7 +282,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return status if isinstance(status, int) else 0
     except click.exceptions.Exit as done:  # --help, --version
         return done.exit_code
-    except UnreachableError as error:
+    except (UnreachableError, WorkerLostError) as error:
         print(f"ichain: {_one_line(error)}", file=sys.stderr)
         return 1
     except IchainError as error:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+from click.core import ParameterSource
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 PATH = click.Path(path_type=Path)
@@ -21,6 +23,10 @@ def options(*names: str) -> Callable[[FunctionT], FunctionT]:
         "settings": click.option("--set", "settings", metavar="KEY=VALUE", multiple=True, help="change a setting"),
         "report": click.option("--report", metavar="FILE", help="report as JSON; - for stdout"),
         "output": click.option("-o", "--output", type=PATH, metavar="DIR", help="folder for what is written"),
+        "resume": click.option("--resume", is_flag=True, help="go on from the rows kept beside the report"),
+        "without": click.option(
+            "--without", metavar="RULE", multiple=True, help="switch a rule off; `ichain scoreboard --rules` lists them"
+        ),
         "library": click.option("--library", type=PATH, metavar="DIR", help="a library of learned interactions"),
     }
 
@@ -30,6 +36,30 @@ def options(*names: str) -> Callable[[FunctionT], FunctionT]:
         return function
 
     return decorate
+
+
+_NO_MATTER = {"jobs", "report", "output", "resume", "against"}  # what found figures do not depend on
+
+
+def command_said() -> str:
+    """The command line that runs, without what its figures don't depend on; empty outside a command."""
+    context = click.get_current_context(silent=True)
+    if context is None:
+        return ""
+    words = ["ichain", str(context.info_name)]
+    for param in context.command.params:
+        name = str(param.name)
+        if context.get_parameter_source(name) is not ParameterSource.COMMANDLINE or name in _NO_MATTER:
+            continue
+        value = context.params[name]
+        values = value if isinstance(value, tuple) else (value,)
+        if isinstance(param, click.Argument):
+            words += [str(v) for v in values]
+        elif isinstance(param, click.Option) and param.is_flag:
+            words.append(param.opts[0] if value else param.secondary_opts[0])
+        else:
+            words += [w for v in values for w in (param.opts[0], str(v))]
+    return shlex.join(words)
 
 
 def scenario_named(name: str, settings: Sequence[str], physics: str, seed: int) -> Any:

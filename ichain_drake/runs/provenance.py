@@ -1,4 +1,4 @@
-"""What a result came from: versions of what was used, and a hash of the demonstrations."""
+"""What a result came from: versions of what was used, what was given, and a hash of the demonstrations."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ import hashlib
 import importlib.metadata
 import platform
 from collections.abc import Sequence
+from typing import Any
 
 import pandas as pd
 
+from ichain_drake import rules
 from ichain_drake.demonstrations import Demonstration
 
 
@@ -26,6 +28,12 @@ def versions() -> dict[str, str]:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             found[name] = importlib.metadata.version(name)
     return found
+
+
+def given_of(scenario: Any) -> dict[str, Any]:
+    """What a scenario declares instead of learning, and which rules were switched off, if any, as `without`."""
+    off = rules.switched_off()
+    return {**scenario.given(), **({"without": sorted(off)} if off else {})}
 
 
 def data_hash(pieces: Sequence[Demonstration]) -> str:

@@ -14,7 +14,7 @@ from ichain_drake.systems.car_game.scenario import CarGame
 ROW = {"method", "samples", "physics", "case", "seed", "success", "error", "paper_metric", "reason", "unit"}
 LINE = {
     "method", "samples", "case", "runs", "completed", "mean_error", "std_error", "max_error", "ratio_to_oracle",
-    "unit",
+    "unit", "interval", "seeds",
 }  # fmt: skip
 
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-import numpy as np
-from joblib import Parallel, delayed
+from joblib import delayed
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
-from ichain_drake.errors import IchainError, InputError
-from ichain_drake.learning import InteractionSpec
-from ichain_drake.robot import Physics
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
+from ichain_drake.errors import InputError, WorkerLostError
+from ichain_drake.runs.goals.fresh import FreshSeed, SharedTrial, record_pieces, try_to_learn
+from ichain_drake.runs.goals.knowledge import Knowledge
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.goals.status_accuracy import (
     LEAST_EVENTS,
@@ -22,86 +20,28 @@ from ichain_drake.runs.goals.status_accuracy import (
     held_out_scores,
     probe_scores,
 )
-from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
-from ichain_drake.runs.paths.evaluation import EvaluationInterrupted
+from ichain_drake.runs.goals.trial import Trial, summarise
+from ichain_drake.runs.goals.variants import (
+    ALL_PIECES,
+    CLASSIFIERS,
+    NUMBER,
+    PIECES,
+    Variant,
+    choose_variants,
+    piece_order,
+    possible_variants,
+)
+from ichain_drake.runs.row_file import RowFile
+from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_all, run_jobs
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.scenarios.goal_scenario import GoalScenario
 from ichain_drake.scenarios.probes import HasProbes
 
-CASES: dict[str, tuple[str, ...]] = {
-    "none": (),
-    "slip": ("fault.kind=slip",),
-    "knock": ("fault.kind=knock",),
-    "stiff": ("fault.kind=stiff",),
-    "dropout": ("fault.kind=dropout",),
-}
-"""Settings of each fault. `noise` is the last case: `NOISE` times the configured noise of the world."""
-
-NOISE = 3.0
-PIECES = (6, 8, 10, 12, 14, 16)
-"""Numbers of pieces to learn from, the first of one order; see `piece_order`."""
-
-MONITORS, NO_MONITORS, NO_ROLES, NUMBER, CLASSIFIERS = "monitors", "no_monitors", "no_roles", "pieces", "classifiers"
-METHODS: tuple[str, ...] = (MONITORS, NO_MONITORS, NO_ROLES, NUMBER, CLASSIFIERS)
-
 MOST_TRIALS = 900
 """Runs of a seed that are not its demonstrations."""
 
-_ORDER = 4  # purpose of random numbers
 _HELD_OUT = (2, 8)  # seeds of held-out pieces: at least, at most
 _PROBES = 200  # inside, and as many near misses
-_ALL = "all"
-
-Say = Callable[[str, float | None], None]
-
-
-@dataclass(frozen=True)
-class Variant:
-    """What the trials of a table's line share.
-
-    Attributes:
-        method, case: names in the report.
-        settings: of the world, beside the user's.
-        monitors: whether the controller watches.
-        learning: key of what was learned: `all`, `no_roles`, or a number of pieces.
-    """
-
-    method: str
-    case: str
-    settings: tuple[str, ...] = ()
-    monitors: bool = True
-    learning: str | int = _ALL
-
-
-def choose_variants(methods: Sequence[str], scenario: GoalScenario, pieces: int) -> list[Variant]:
-    """The lines of the table.
-
-    Args:
-        methods: as on the command line: `method` or `method/case`; empty for all.
-        scenario: its faults are the cases; those that it lacks are left out.
-        pieces: number that it has.
-
-    Raises:
-        InputError: on an unknown method or case.
-    """
-    noise = f"noise.scale={NOISE * scenario.config.noise.scale:g}"
-    faults = getattr(scenario, "faults", ("none",))
-    cases = {c: s for c, s in CASES.items() if c in faults} | {"noise": (noise,)}
-    known = [Variant(m, c, s, m == MONITORS) for m in (MONITORS, NO_MONITORS) for c, s in cases.items()]
-    known.append(Variant(NO_ROLES, "none", learning=NO_ROLES))
-    numbers = [n for n in PIECES if n < pieces] + [pieces]
-    known += [Variant(NUMBER, f"{n} pieces", learning=_ALL if n == pieces else n) for n in numbers]
-    chosen: list[Variant] = []
-    for text in methods or METHODS:
-        method, slash, case = text.partition("/")
-        if method not in METHODS:
-            raise InputError(f"there is no method {method!r}; there are {', '.join(METHODS)}")
-        found = [v for v in known if v.method == method and case in ("", v.case)]
-        if slash and not found:
-            has = ", ".join(v.case for v in known if v.method == method) or "none"
-            raise InputError(f"method {method} has no case {case!r}; it has {has}")
-        chosen += [v for v in found if v not in chosen]
-    return chosen
 
 
 def check_graph_evaluation(scenario: GoalScenario, trials: int, methods: Sequence[str], jobs: int) -> None:
@@ -118,99 +58,154 @@ def check_graph_evaluation(scenario: GoalScenario, trials: int, methods: Sequenc
     choose_variants(methods, scenario, PIECES[-1])
 
 
-def evaluate_goals(
-    scenario: GoalScenario,
-    overrides: Sequence[str],
-    goal: Sequence[str],
-    trials: int,
-    methods: Sequence[str] = (),
-    jobs: int = 1,
-    progress: Say | None = None,
-) -> dict[str, Any]:
-    """Evaluate a goal over an interaction graph.
+@dataclass(frozen=True)
+class GoalEvaluation:
+    """What is evaluated.
 
-    All trials share what was learned from the demonstrations of the scenario's seed; start, noise and mishaps are those
-    of the run. Classifiers are scored on the pieces of the next seeds.
-
-    Args:
-        scenario: with the seed of the demonstrations, and the physics.
+    Attributes:
+        scenario: with the (first) seed of the demonstrations, and the physics.
         overrides: its settings, for the worker processes.
         goal: as text.
         trials: runs of each line.
-        methods: only these; `method` or `method/case`; default all.
+        methods: only these; `method` or `method/case`; empty for all.
         jobs: processes; the result does not depend on it.
+        shared: runs that all have the demonstrations of the scenario's seed; starts, noise and mishaps are their own.
+        fresh: runs with demonstrations of their own: of the scenario's seed and those that follow.
+    """
+
+    scenario: GoalScenario
+    overrides: tuple[str, ...]
+    goal: tuple[str, ...]
+    trials: int
+    methods: tuple[str, ...] = ()
+    jobs: int = 1
+    shared: bool = True
+    fresh: bool = False
+
+    @property
+    def kind(self) -> type[Scenario]:
+        """The scenario's class."""
+        return cast("type[Scenario]", type(self.scenario))
+
+    @property
+    def wants_scores(self) -> bool:
+        """Whether classifiers are scored."""
+        return not self.methods or CLASSIFIERS in self.methods
+
+    @property
+    def needs_shared(self) -> bool:
+        """Whether the demonstrations of the scenario's seed are needed beforehand."""
+        return self.shared or self.wants_scores or any(m.partition("/")[0] == NUMBER for m in self.methods)
+
+
+def evaluate_goals(what: GoalEvaluation, progress: Say | None = None, rows: RowFile | None = None) -> dict[str, Any]:
+    """Evaluate a goal over an interaction graph.
+
+    Classifiers are learned from the demonstrations of the scenario's seed and scored on the pieces of the next ones. A
+    trial that raises has a row with the reason.
+
+    Args:
+        what: see there.
         progress: called with a line and the fraction done.
+        rows: what was found before, and where rows are kept.
 
     Returns:
         `rows` (one a run), `table` (one a line), `classifiers` (one an interaction), `skipped` (cases that this
         physics has not, with the reason) and `held_out` (seeds and number of pieces).
 
     Raises:
-        InputError: as `check_graph_evaluation`, or on demonstrations that can't be learned from.
+        InputError: as `check_graph_evaluation`, or on shared demonstrations that can't be learned from.
         EvaluationInterrupted: on Ctrl-C, with the trials that were finished.
+        WorkerLostError: if a process was killed, with the same.
     """
-    check_graph_evaluation(scenario, trials, methods, jobs)
+    check_graph_evaluation(what.scenario, what.trials, what.methods, what.jobs)
     say: Say = progress or (lambda line, fraction: None)
+    rows = rows or RowFile()
     found: dict[str, Any] = {"rows": [], "table": [], "classifiers": [], "skipped": {}, "held_out": {}}
+    work: list[FreshSeed | SharedTrial] = []
     try:
-        _evaluate(scenario, tuple(overrides), tuple(goal), trials, methods, jobs, say, found)
+        work += _prepare(what, say, found)
+        run_jobs(work, what.jobs, rows, say)
+    except WorkerLostError as lost:
+        lost.found = found
+        raise
     except KeyboardInterrupt:
-        found["table"] = summarise(found["rows"])
         raise EvaluationInterrupted(found) from None
+    finally:
+        found["rows"] = rows.of(sorted((i for job in work for i in job.ids), key=_order(work)))
+        found["table"] = summarise(found["rows"])
     return found
 
 
-def _evaluate(  # noqa: PLR0913 - what `evaluate_goals` was given
-    scenario: GoalScenario,
-    overrides: tuple[str, ...],
-    goal: tuple[str, ...],
-    trials: int,
-    methods: Sequence[str],
-    jobs: int,
+def _order(work: Sequence[FreshSeed | SharedTrial]) -> Callable[[str], tuple[int, int]]:
+    """Rows of one line stand together, in the order of their seeds, whichever way they were grouped into jobs."""
+    lines: dict[str, int] = {}
+    place = {i: (lines.setdefault(i.rpartition("/")[0] + str(type(job)), len(lines)), k)
+             for k, job in enumerate(work) for i in job.ids}  # fmt: skip
+    return place.__getitem__
+
+
+def _prepare(what: GoalEvaluation, say: Say, found: dict[str, Any]) -> list[FreshSeed | SharedTrial]:
+    """Record and learn what trials share, score classifiers, and lay the trials out."""
+    scenario, kind, overrides = what.scenario, what.kind, what.overrides
+    pieces: list[Demonstration] = []
+    held_out: list[list[Demonstration]] = []
+    if what.needs_shared:
+        seeds = [scenario.seed + k for k in range(_HELD_OUT[0] + 1 if what.wants_scores else 1)]
+        say(f"recording demonstrations of {len(seeds)} seed(s)", None)
+        record = (delayed(record_pieces)(kind, overrides, scenario.physics, s) for s in seeds)
+        (pieces, *held_out) = run_all(record, what.jobs, "recording demonstrations")
+
+    count = len(pieces) or PIECES[-1]
+    variants = possible_variants(choose_variants(what.methods, scenario, count), scenario, overrides, found["skipped"])
+    work: list[FreshSeed | SharedTrial] = []
+    if what.fresh:
+        seeds = [scenario.seed + k for k in range(what.trials)]
+        work += [FreshSeed(kind, overrides, scenario.physics, s, what.goal, tuple(variants)) for s in seeds if variants]
+    if not (what.shared or what.wants_scores):
+        return work
+
+    needed = list(dict.fromkeys([*(v.learning for v in variants if what.shared), *([ALL_PIECES] * what.wants_scores)]))
+    say(f"learning from {len(pieces)} pieces, {len(needed)} time(s)", None)
+    shown, spec = piece_order(pieces, scenario.seed), graph_spec(scenario.config)
+    learn = (
+        delayed(try_to_learn)(scenario.graph, shown[:k] if isinstance(k, int) else pieces, k, spec) for k in needed
+    )
+    learned = dict(zip(needed, run_all(learn, what.jobs, "learning"), strict=True))
+    if isinstance(learned.get(ALL_PIECES), str):
+        raise InputError(str(learned[ALL_PIECES]))
+    if what.wants_scores:
+        _score(what, pieces, held_out, cast("Knowledge", learned[ALL_PIECES]), say, found)
+    if what.shared:
+        for v in variants:
+            for number in range(what.trials):
+                trial = _trial(v, number, what, len(pieces))
+                work.append(SharedTrial(trial, learned[v.learning]))
+    return work
+
+
+def _score(
+    what: GoalEvaluation,
+    pieces: Sequence[Demonstration],
+    held_out: list[list[Demonstration]],
+    known: Knowledge,
     say: Say,
     found: dict[str, Any],
 ) -> None:
-    kind = cast("type[Scenario]", type(scenario))
-    pool = Parallel(n_jobs=jobs, return_as="generator")
-    wants_scores = not methods or CLASSIFIERS in methods
-    seeds = [scenario.seed + k for k in range(_HELD_OUT[0] + 1 if wants_scores else 1)]
-    say(f"recording demonstrations of {len(seeds)} seed(s)", None)
-    (pieces, *held_out) = _run(pool, (delayed(_record)(kind, overrides, scenario.physics, s) for s in seeds))
-
-    variants = possible_variants(choose_variants(methods, scenario, len(pieces)), scenario, overrides, found["skipped"])
-    needed = list(dict.fromkeys([*(v.learning for v in variants), *([_ALL] if wants_scores else [])]))
-    say(f"learning from {len(pieces)} pieces, {len(needed)} time(s)", None)
-    shown = piece_order(pieces, scenario.seed)
-    spec = graph_spec(scenario.config)
-    work = (delayed(_learn)(scenario.graph, shown[:k] if isinstance(k, int) else pieces, k, spec) for k in needed)
-    learned = dict(zip(needed, _run(pool, work), strict=True))
-    if isinstance(learned.get(_ALL), str):
-        raise InputError(str(learned[_ALL]))
-
-    if wants_scores:
-        while len(held_out) < _HELD_OUT[1] and _fewest(held_out, scenario) < LEAST_EVENTS:
-            say(f"recording held-out pieces, seed {scenario.seed + len(held_out) + 1}", None)
-            held_out.append(_record(kind, overrides, scenario.physics, scenario.seed + len(held_out) + 1))
-        say("scoring classifiers", None)
-        known = cast("Knowledge", learned[_ALL])
-        flat = [p for group in held_out for p in group]
-        found["classifiers"] = score_classifiers(scenario, known, flat)
-        found["held_out"] = {
-            "seeds": [scenario.seed + 1 + k for k in range(len(held_out))],
-            "pieces": len(flat),
-            "from_pieces": len(pieces),
-        }
-
-    tasks = [
-        (_trial(v, number, kind, overrides, scenario, goal, len(pieces)), learned[v.learning])
-        for v in variants
-        for number in range(trials)
-    ]
-    for done, row in enumerate(pool(delayed(run_trial)(*task) for task in tasks), start=1):
-        found["rows"].append(row)
-        if done % trials == 0:
-            say(f"{row['method']}, {row['case']}: done", done / len(tasks))
-    found["table"] = summarise(found["rows"])
+    """Figures of classifiers, on as many held-out pieces as it takes to see them switch often enough."""
+    scenario = what.scenario
+    while len(held_out) < _HELD_OUT[1] and _fewest(held_out, scenario) < LEAST_EVENTS:
+        seed = scenario.seed + len(held_out) + 1
+        say(f"recording held-out pieces, seed {seed}", None)
+        held_out.append(record_pieces(what.kind, what.overrides, scenario.physics, seed))
+    say("scoring classifiers", None)
+    flat = [p for group in held_out for p in group]
+    found["classifiers"] = score_classifiers(scenario, known, flat)
+    found["held_out"] = {
+        "seeds": [scenario.seed + 1 + k for k in range(len(held_out))],
+        "pieces": len(flat),
+        "from_pieces": len(pieces),
+    }
 
 
 def score_classifiers(
@@ -233,78 +228,16 @@ def score_classifiers(
         return lines
 
 
-def _trial(
-    variant: Variant,
-    number: int,
-    kind: type[Scenario],
-    overrides: tuple[str, ...],
-    scenario: GoalScenario,
-    goal: tuple[str, ...],
-    pieces: int,
-) -> Trial:
+def _trial(variant: Variant, number: int, what: GoalEvaluation, pieces: int) -> Trial:
     shown = variant.learning if isinstance(variant.learning, int) else pieces
-    settings = (*overrides, *variant.settings)
+    settings, scenario = (*what.overrides, *variant.settings), what.scenario
     return Trial(
-        variant.method, variant.case, kind, settings, scenario.physics, scenario.seed, number, goal, variant.monitors,
-        shown,
+        variant.method, variant.case, what.kind, settings, scenario.physics, scenario.seed, number, what.goal,
+        variant.monitors, shown,
     )  # fmt: skip
-
-
-def possible_variants(
-    variants: Sequence[Variant], scenario: GoalScenario, overrides: tuple[str, ...], skipped: dict[str, str]
-) -> list[Variant]:
-    """Without the cases that the scenario refuses in this physics.
-
-    Args:
-        variants: all lines.
-        scenario: with the physics.
-        overrides: its settings.
-        skipped: is given the refused cases with their reasons.
-    """
-    kind, out = cast("type[Scenario]", type(scenario)), []
-    for variant in variants:
-        try:
-            kind((*overrides, *variant.settings), scenario.physics, scenario.seed)
-        except InputError as error:
-            skipped[variant.case] = str(error)
-        else:
-            out.append(variant)
-    return out
-
-
-def _record(kind: type[Scenario], overrides: tuple[str, ...], physics: Physics, seed: int) -> list[Demonstration]:
-    with threadpool_limits(limits=1):
-        return list(kind(overrides, physics, seed).record_demonstrations())
-
-
-def _learn(graph: Any, pieces: Sequence[Demonstration], key: str | int, spec: InteractionSpec) -> Knowledge | str:
-    """Models, or why there are none: too few pieces are a finding, no mistake of the user's."""
-    try:
-        return learn_graph(pieces, without_roles(graph) if key == NO_ROLES else graph, spec)
-    except IchainError as error:
-        return " ".join(str(error).split())
-
-
-def piece_order(pieces: Sequence[Demonstration], seed: int) -> list[Demonstration]:
-    """The pieces shuffled, but first those that show an interaction which no piece before them shows.
-
-    So the first few are what a person would show who has time for no more, and the rest adds experience.
-    """
-    shuffled = [pieces[i] for i in np.random.default_rng([seed, _ORDER]).permutation(len(pieces))]
-    first, seen = [], set[str]()
-    for piece in shuffled:
-        shown = {c for c in piece.table.columns if "->" in c and (piece.table[c] > 0.5).any()}  # noqa: PLR2004 - a flag
-        if shown - seen:
-            first.append(piece)
-            seen |= shown
-    return [*first, *(p for p in shuffled if not any(p is q for q in first))]
 
 
 def _fewest(held_out: Sequence[Sequence[Demonstration]], scenario: GoalScenario) -> int:
     """Switching events of the interaction that has the fewest."""
     flat = [p for group in held_out for p in group]
     return min(count_events(flat, e) for e in scenario.graph.interactions)
-
-
-def _run(pool: Parallel, work: Iterable[Any]) -> list[Any]:
-    return list(pool(work))

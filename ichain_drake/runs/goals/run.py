@@ -23,7 +23,7 @@ from ichain_drake.learning.library import LibraryParts
 from ichain_drake.runs.goals.knowledge import Knowledge, learn_rest
 from ichain_drake.runs.goals.plan import make_goal
 from ichain_drake.runs.goals.settings import graph_spec
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import given_of, versions
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
 from ichain_drake.simulation.episode import EpisodeInterrupted, EpisodeLog
@@ -50,6 +50,7 @@ class GraphRun:
         reason: why the goal was or was not reached.
         cause: of a failure in a word.
         wrong: conditions that do not hold in truth at the end, in words.
+        plan_seconds: processor time that went into planning [s].
         started: when, by the monotonic clock [s].
     """
 
@@ -66,6 +67,7 @@ class GraphRun:
     reason: str = "interrupted"
     cause: str = "interrupted"
     wrong: str = ""
+    plan_seconds: float = 0.0
     started: float = field(default_factory=time.monotonic)
 
     def __post_init__(self) -> None:
@@ -94,7 +96,7 @@ class GraphRun:
             "sim_seconds": 0.0 if self.log is None else round(float(self.log.times[-1]), 6),
             "wall_seconds": time.monotonic() - self.started,
             "versions": versions(),
-            "given": scenario.given(),
+            "given": given_of(scenario),
             "models": {} if self.model is None else self._models(),
             "metrics": {
                 "goal": list(self.expressions),
@@ -233,7 +235,9 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
     world, prepare = run.scenario.make_world(run.number)
 
     def planned(now: States, goal: Goal, cautious: Collection[Interaction] = ()) -> Plan | NoPlan:
+        began = time.process_time()
         found = knowledge.planner.plan(now, goal, cautious)
+        run.plan_seconds += time.process_time() - began
         if run.plan is None:
             run.plan = found
         say("no plan" if isinstance(found, NoPlan) else f"executing {len(found.steps)} steps")

@@ -13,16 +13,20 @@ from ichain_drake.control.execution.executor import ExecutorSettings
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import gap, value_of
 from ichain_drake.control.planning.model import span
-from ichain_drake.errors import IchainError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.robot import Physics
 from ichain_drake.runs.goals.knowledge import Knowledge
 from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.runs.intervals import seed_words, success_interval
+from ichain_drake.runs.runner import reason_of
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.state import StateSpace
 
 MISJUDGED, LEARNING, ERROR = "misjudged", "learning", "error"
 """Causes of failure that no controller names: it stopped as if done, nothing was learned, or the run broke off."""
+
+FRESH = "fresh"
+"""Demonstrations that are the trial's own, of the seed of its row."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,6 +44,7 @@ class Trial:
         goal: as text.
         monitors: whether the controller watches what it does.
         pieces: number of pieces that were learned from.
+        fresh: whether the demonstrations are this trial's own, and not shared with others.
     """
 
     method: str
@@ -52,6 +57,7 @@ class Trial:
     goal: tuple[str, ...]
     monitors: bool
     pieces: int
+    fresh: bool = False
 
     def row(self) -> dict[str, Any]:
         """A row without success."""
@@ -59,7 +65,8 @@ class Trial:
             "method": self.method,
             "physics": self.physics,
             "case": self.case,
-            "seed": self.number,
+            "seed": self.seed if self.fresh else self.number,
+            "demonstrations": FRESH if self.fresh else f"seed {self.seed}",
             "success": False,
             "error": None,
             "reason": "",
@@ -70,6 +77,10 @@ class Trial:
             "pieces": self.pieces,
         }
 
+    def failed(self, reason: str) -> dict[str, Any]:
+        """The row of a trial that raised."""
+        return self.row() | {"reason": reason, "cause": ERROR}
+
 
 def run_trial(trial: Trial, knowledge: Knowledge | str) -> dict[str, Any]:
     """One row.
@@ -78,16 +89,21 @@ def run_trial(trial: Trial, knowledge: Knowledge | str) -> dict[str, Any]:
         trial: what to run.
         knowledge: models, skills and planner; or why there are none.
     """
+    return timed_trial(trial, knowledge)[0]
+
+
+def timed_trial(trial: Trial, knowledge: Knowledge | str) -> tuple[dict[str, Any], float]:
+    """One row, and the processor time that planning took in its run [s]; arguments as for `run_trial`."""
     if isinstance(knowledge, str):
-        return trial.row() | {"reason": knowledge, "cause": LEARNING}
+        return trial.row() | {"reason": knowledge, "cause": LEARNING}, 0.0
     with threadpool_limits(limits=1):
         try:
             scenario = trial.kind(trial.overrides, trial.physics, trial.seed)
             run = GraphRun(scenario, trial.goal, number=trial.number)  # type: ignore[arg-type]
             run_graph(run, knowledge=knowledge, settings=ExecutorSettings(monitors=trial.monitors))
-        except IchainError as error:
-            return trial.row() | {"reason": " ".join(str(error).split()), "cause": ERROR}
-    return trial.row() | outcome(run)
+        except Exception as error:  # a trial that breaks off is a finding, whatever raised
+            return trial.failed(reason_of(error)), 0.0
+    return trial.row() | outcome(run), run.plan_seconds
 
 
 def outcome(run: GraphRun) -> dict[str, Any]:
@@ -131,12 +147,17 @@ def without_roles(graph: InteractionGraph) -> InteractionGraph:
 
 
 def summarise(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """One line per method and case: runs, reached, silent failures, median steps, mean replans, causes of failure."""
-    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    """One line per method, case and sort of demonstrations.
+
+    Returns:
+        Of each: runs, reached with Wilson's interval, silent failures, median steps, mean replans, causes of failure,
+        and whose demonstrations they had: `fresh` ones, or those of one seed.
+    """
+    groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in rows:
-        groups.setdefault((row["method"], row["case"]), []).append(row)
+        groups.setdefault((row["method"], row["case"], row["demonstrations"]), []).append(row)
     table = []
-    for (method, case), group in groups.items():
+    for (method, case, demonstrations), group in groups.items():
         done = [r for r in group if r["success"]]
         causes: dict[str, int] = {}
         for r in group:
@@ -146,8 +167,11 @@ def summarise(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
             {
                 "method": method,
                 "case": case,
+                "demonstrations": demonstrations,
+                "seeds": seed_words(r["seed"] for r in group),
                 "runs": len(group),
                 "reached": len(done),
+                "interval": success_interval(len(done), len(group)),
                 "silent": sum(r["silent"] for r in group),
                 "median_steps": float(np.median([r["control_steps"] for r in done])) if done else None,
                 "mean_replans": float(np.mean([r["replans"] for r in group])),

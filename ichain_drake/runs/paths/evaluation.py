@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
-from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import ChainController, make_controller
 from ichain_drake.demonstrations.table import Demonstration
-from ichain_drake.errors import IchainError, InputError
+from ichain_drake.errors import IchainError, InputError, WorkerLostError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedChain, LinkCandidates, learn_chain, replace_samples
 from ichain_drake.robot import Physics
@@ -27,6 +25,9 @@ from ichain_drake.runs.paths.link_accuracy import (
 )
 from ichain_drake.runs.paths.result import PathResult
 from ichain_drake.runs.paths.run import check_settings
+from ichain_drake.runs.paths.summary import ORACLE, summarise
+from ichain_drake.runs.row_file import RowFile
+from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_jobs
 from ichain_drake.scenarios.base import PathScenario
 
 FULL = 500
@@ -69,24 +70,11 @@ VARIANTS: tuple[Variant, ...] = (
     Variant("monolithic", "predictive", 2 * FULL, monolithic=True, description="robot -> target, default method"),
     Variant("monolithic_paper", "inverse", 2 * FULL, monolithic=True, description="robot -> target, paper's method"),
 )
-ORACLE = "oracle"
 FIRST_LINK = "first_link"
 """Not a way to follow paths: how well the chain's first link reaches wanted states of its child."""
 
 METHODS: tuple[str, ...] = (*dict.fromkeys(v.method for v in VARIANTS), ORACLE, FIRST_LINK)
 _LABELS = tuple(v.label for v in VARIANTS)
-
-
-class EvaluationInterrupted(KeyboardInterrupt):
-    """Ctrl-C in the middle of an evaluation.
-
-    Attributes:
-        found: rows and table of the seeds that were finished.
-    """
-
-    def __init__(self, found: dict[str, Any]) -> None:
-        super().__init__("interrupted")
-        self.found = found
 
 
 def check_evaluation(scenario: PathScenario, trials: int, methods: Sequence[str], jobs: int) -> None:
@@ -114,11 +102,13 @@ def evaluate_paths(
     trials: int,
     methods: Sequence[str] = (),
     jobs: int = 1,
-    progress: Callable[[str, float | None], None] | None = None,
+    progress: Say | None = None,
+    rows: RowFile | None = None,
 ) -> dict[str, Any]:
     """Evaluate a path scenario.
 
-    Every seed has demonstrations, starts and noise of its own; within a seed all methods see the same.
+    Every seed has demonstrations, starts and noise of its own; within a seed all methods see the same. A seed that
+    raises has rows with the reason.
 
     Args:
         scenario: with the first seed and the physics.
@@ -127,6 +117,7 @@ def evaluate_paths(
         methods: only these; default all. `default` is that method at every number of samples, `default@500` at one.
         jobs: processes; the result does not depend on it.
         progress: called with a line and the fraction done.
+        rows: what was found before, and where rows are kept.
 
     Returns:
         `rows` (one a run) and `table` (mean and spread).
@@ -134,41 +125,87 @@ def evaluate_paths(
     Raises:
         InputError: on an unknown method or a number below 1.
         EvaluationInterrupted: on Ctrl-C, with the seeds that were finished.
+        WorkerLostError: if a process was killed, with the same.
     """
     check_evaluation(scenario, trials, methods, jobs)
-    chosen = list(methods) or list(METHODS)
-    seeds = [scenario.seed + k for k in range(trials)]
-    rows: list[dict[str, Any]] = []
-    work = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_evaluate_seed)(type(scenario), tuple(overrides), scenario.physics, seed, chosen) for seed in seeds
-    )
+    chosen, cases = tuple(methods or METHODS), tuple(choose_paths(scenario))
+    work = [
+        PathSeed(type(scenario), tuple(overrides), scenario.physics, scenario.seed + k, chosen, cases)
+        for k in range(trials)
+    ]
+    rows = rows or RowFile()
+
+    def found() -> dict[str, Any]:
+        flat = [row for seed in rows.of(i for job in work for i in job.ids) for row in seed]
+        return {"rows": flat, "table": summarise(flat)}
+
     try:
-        for done, found in enumerate(work, start=1):
-            rows += found
-            if progress:
-                progress(f"{done} of {trials} seeds", done / trials)
+        run_jobs(work, jobs, rows, progress, lambda last, done, total: f"{done} of {total} seeds")
+    except WorkerLostError as lost:
+        lost.found = found()
+        raise
     except KeyboardInterrupt:
-        raise EvaluationInterrupted({"rows": rows, "table": summarise(rows)}) from None
-    return {"rows": rows, "table": summarise(rows)}
+        raise EvaluationInterrupted(found()) from None
+    return found()
 
 
-def _evaluate_seed(
-    kind: type[PathScenario], overrides: tuple[str, ...], physics: Physics, seed: int, methods: Sequence[str]
-) -> list[dict[str, Any]]:
-    """All methods on one seed, in a process of its own."""
-    with threadpool_limits(limits=1):
-        variants = [v for v in VARIANTS if v.method in methods or v.label in methods]
-        most = max([v.samples for v in variants if not v.monolithic], default=FULL)
-        scenario = kind([*overrides, f"learning.samples={most}"], physics, seed)
-        pieces = list(scenario.record_demonstrations()) if variants else []
-        whole = [scenario.monolithic_demonstration(2 * FULL)] if any(v.monolithic for v in variants) else []
+@dataclass(frozen=True)
+class PathSeed:
+    """All methods on one seed, a job of the runner; its one finding is the list of their rows.
+
+    Attributes:
+        kind: the scenario's class; a worker process makes its own.
+        overrides: its settings.
+        physics: of the world.
+        seed: of demonstrations, starts and noise.
+        methods: as for `evaluate_paths`.
+        cases: names of the paths.
+    """
+
+    kind: type[PathScenario]
+    overrides: tuple[str, ...]
+    physics: Physics
+    seed: int
+    methods: tuple[str, ...]
+    cases: tuple[str, ...]
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """The seed."""
+        return (f"seed {self.seed}",)
+
+    @property
+    def variants(self) -> list[Variant]:
+        """The methods that learn and follow."""
+        return [v for v in VARIANTS if v.method in self.methods or v.label in self.methods]
+
+    def run(self, ids: Collection[str]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+        """The seed's rows."""
+        with threadpool_limits(limits=1):
+            yield self.ids[0], self._rows()
+
+    def failed(self, name: str, reason: str) -> list[dict[str, Any]]:
+        """Rows without success, one for each path and method."""
+        try:
+            scenario = self.kind(self.overrides, self.physics, self.seed)
+        except Exception:  # the reason may be this very thing
+            return []
+        what = [(v.method, v.samples) for v in self.variants]
+        what += [(ORACLE, 0)] if ORACLE in self.methods and not scenario.no_oracle else []
+        return [_plain_row(method, n, scenario, case, reason) for method, n in what for case in self.cases]
+
+    def _rows(self) -> list[dict[str, Any]]:
+        most = max([v.samples for v in self.variants if not v.monolithic], default=FULL)
+        scenario = self.kind([*self.overrides, f"learning.samples={most}"], self.physics, self.seed)
+        pieces = list(scenario.record_demonstrations()) if self.variants else []
+        whole = [scenario.monolithic_demonstration(2 * FULL)] if any(v.monolithic for v in self.variants) else []
         rows: list[dict[str, Any]] = []
-        for variant in variants:
+        for variant in self.variants:
             rows += _evaluate_variant(scenario, variant, whole if variant.monolithic else pieces)
-        if ORACLE in methods and not scenario.no_oracle:
+        if ORACLE in self.methods and not scenario.no_oracle:
             for number, (name, path) in enumerate(choose_paths(scenario).items()):
                 rows.append(_row(ORACLE, 0, scenario, name, oracle_follow(scenario, name, path, number)))
-        if FIRST_LINK in methods and isinstance(scenario, HasWantedStates):
+        if FIRST_LINK in self.methods and isinstance(scenario, HasWantedStates):
             rows += _first_link_rows(scenario, pieces)
         return rows
 
@@ -279,36 +316,3 @@ def _plain_row(method: str, samples: int, scenario: PathScenario, case: str, rea
         "unit": scenario.unit,
         "reason": reason,
     }
-
-
-def summarise(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """One line per method, samples and path: runs, completed ones, mean and spread of their error, ratio to the oracle.
-
-    The ratio is of means over the seeds that both completed.
-    """
-    if not rows:
-        return []
-    frame = pd.DataFrame(rows)
-    oracle = frame[frame.method == ORACLE].set_index(["case", "seed"])["error"]
-    table = []
-    for (method, _, case), group in frame.groupby(["method", "samples", "case"], sort=False):
-        done = group[group.success]
-        errors = done.error.astype(float)
-        both = done.join(oracle.rename("oracle_error"), on=["case", "seed"])
-        both = both.dropna(subset=["oracle_error"])
-        ratio = float(both.error.mean() / both.oracle_error.mean()) if len(both) else None
-        table.append(
-            {
-                "method": method,
-                "samples": int(group.samples.iloc[0]),
-                "case": case,
-                "runs": len(group),
-                "completed": len(done),
-                "mean_error": float(errors.mean()) if len(done) else None,
-                "std_error": float(np.std(errors)) if len(done) else None,
-                "max_error": float(errors.max()) if len(done) else None,
-                "ratio_to_oracle": ratio,
-                "unit": str(group.unit.iloc[0]),
-            }
-        )
-    return table

@@ -12,7 +12,7 @@ from ichain_drake.control.tracking.chain import ChainController
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.learning.chain.chain import LearnedChain
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import given_of, versions
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.simulation.episode import EpisodeLog
 from ichain_drake.timing import FRAMES_PER_TICK
@@ -109,7 +109,7 @@ class PathRun:
             "sim_seconds": round(sum(float(r.log.times[-1]) for r in self.results), 6),
             "wall_seconds": time.monotonic() - self.started,
             "versions": versions(),
-            "given": scenario.given(),
+            "given": given_of(scenario),
             "models": {} if self.chain is None else models_report(self.chain),
             "control": {} if self.controller is None else control_report(self.controller),
             "metrics": metrics,

@@ -72,17 +72,29 @@ def run_paths(
                 run.pieces = read_demonstrations(demos, run.scenario.graph)
             else:
                 record_pieces(run, keep_demos, say, set(known or ()))
-            _learn(run, known, known_command, say)
+            learn_to_follow(run, known, known_command, say)
             _follow_all(run, oracle, say)
         except UnreachableError as error:
             run.reason = str(error)
             raise
 
 
-def _learn(
-    run: PathRun, known: Mapping[str, LearnedLink] | None, known_command: LearnedCommand | None, say: Progress
+def learn_to_follow(
+    run: PathRun,
+    known: Mapping[str, LearnedLink] | None = None,
+    known_command: LearnedCommand | None = None,
+    say: Progress = lambda line: None,
 ) -> None:
-    """Links and controller from the pieces; a path that they can't follow is refused."""
+    """Learn links and controller from the run's pieces; a path that they can't follow is refused.
+
+    Args:
+        run: with pieces; is given `chain` and `controller`.
+        known, known_command: as for `run_paths`.
+        say: called with a line at each step.
+
+    Raises:
+        InputError: on bad demonstrations, or a path that turns too sharply.
+    """
     scenario, control = run.scenario, run.scenario.config.control
     run.chain = learn_chain(
         run.pieces,

@@ -11,17 +11,11 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.objects import Region
-from ichain_drake.runs.goals.evaluation import (
-    METHODS,
-    check_graph_evaluation,
-    choose_variants,
-    piece_order,
-    possible_variants,
-    score_classifiers,
-)
+from ichain_drake.runs.goals.evaluation import check_graph_evaluation, score_classifiers
 from ichain_drake.runs.goals.knowledge import Knowledge
 from ichain_drake.runs.goals.status_accuracy import count_events, held_out_scores, probe_scores
 from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
+from ichain_drake.runs.goals.variants import METHODS, choose_variants, piece_order, possible_variants
 from ichain_drake.systems.water_dispenser.layout import LAYOUT
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 

@@ -6,7 +6,8 @@ import pytest
 
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.runs.paths.evaluation import METHODS, check_evaluation, evaluate_paths, shorten, summarise
+from ichain_drake.runs.paths.evaluation import METHODS, check_evaluation, evaluate_paths, shorten
+from ichain_drake.runs.paths.summary import summarise
 from ichain_drake.systems import load_scenario
 from ichain_drake.timing import TICK
 

@@ -1,0 +1,64 @@
+"""The scoreboard: every row's trials, and its table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ichain_drake.errors import WorkerLostError
+from ichain_drake.runs.row_file import RowFile
+from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_jobs
+from ichain_drake.runs.scoreboard.cases import FIRST_SEED, Case
+from ichain_drake.runs.scoreboard.table import make_line
+from ichain_drake.runs.scoreboard.trials import make_jobs
+
+
+def run_scoreboard(
+    cases: Sequence[Case],
+    first_seed: int = FIRST_SEED,
+    jobs: int = 1,
+    rows: RowFile | None = None,
+    say: Say | None = None,
+) -> dict[str, Any]:
+    """Run every trial, each with demonstrations, learning and run of its own.
+
+    Args:
+        cases: the rows, from `all_cases`.
+        first_seed: of the first trial of every row; the others follow.
+        jobs: processes; the result does not depend on it, but for times.
+        rows: what was found before, and where rows are kept as they come.
+        say: called with a line and the fraction done.
+
+    Returns:
+        `table` (one line a row, see `make_line`) and `rows` (one a trial, with the `row` that it belongs to).
+
+    Raises:
+        InputError: on a number of jobs below 1.
+        EvaluationInterrupted: on Ctrl-C, with the trials that were finished.
+        WorkerLostError: if a process was killed, with the same.
+    """
+    rows = rows or RowFile()
+
+    def found() -> dict[str, Any]:
+        table, flat = [], []
+        for case in cases:
+            own = rows.of(case.trial(first_seed + k) for k in range(case.trials))
+            flat += [{"row": case.name, **row} for row in own]
+            if own:
+                table.append(make_line(case, own))
+        return {"table": table, "rows": flat}
+
+    work = make_jobs(cases, first_seed)
+    try:
+        run_jobs(work, jobs, rows, say, _label)
+    except WorkerLostError as lost:
+        lost.found = found()
+        raise
+    except KeyboardInterrupt:
+        raise EvaluationInterrupted(found()) from None
+    return found()
+
+
+def _label(name: str, done: int, total: int) -> str:
+    system, _, physics, *_, seed = name.split("/")
+    return f"{done} of {total}: {system}, {physics}, {seed}"

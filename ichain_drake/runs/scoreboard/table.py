@@ -1,0 +1,61 @@
+"""The scoreboard's lines, out of one row a trial."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ichain_drake.runs.intervals import seed_words, success_interval
+from ichain_drake.runs.scoreboard.cases import Case
+
+TIMES = ("learning_seconds", "plan_seconds", "wall_seconds")
+"""What differs from one run of the scoreboard to the next; everything else is the same."""
+
+
+def make_line(case: Case, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """One line.
+
+    Args:
+        case: the row of the scoreboard.
+        rows: its trials that were run, at least one.
+
+    Returns:
+        Name and its parts; `runs`, `reached`, Wilson's `interval`, `seeds`; `silent` failures; `median_steps` of those
+        that reached, `mean_replans` (None for paths); `mean_error`: for paths the distance to the path in `unit`, for
+        goals the miss as a share of what was demonstrated; `ratio_to_oracle`: of mean errors where both were measured;
+        median times [s]; `causes` of failures with their number, and an example of a `reason`.
+    """
+    done = [r for r in rows if r["success"]]
+    errors = [float(r["error"]) for r in rows if r["error"] is not None]
+    both = [(float(r["error"]), float(r["oracle_error"])) for r in done if r.get("oracle_error") is not None]
+    replans = [r["replans"] for r in rows if r["replans"] is not None]
+    causes = Counter(r["cause"] or "unknown" for r in rows if not r["success"])
+    ratio = float(np.mean([e for e, _ in both]) / np.mean([o for _, o in both])) if both else None
+    return {
+        "row": case.name,
+        "system": case.system,
+        "task": case.task,
+        "physics": case.physics,
+        "fault": case.fault,
+        "runs": len(rows),
+        "reached": len(done),
+        "interval": success_interval(len(done), len(rows)),
+        "seeds": seed_words(r["seed"] for r in rows),
+        "silent": sum(bool(r["silent"]) for r in rows),
+        "median_steps": float(np.median([r["control_steps"] for r in done])) if done else None,
+        "mean_replans": float(np.mean(replans)) if replans else None,
+        "mean_error": float(np.mean(errors)) if errors else None,
+        "unit": next((r["unit"] for r in rows if r.get("unit")), "of range" if errors else ""),
+        "ratio_to_oracle": ratio,
+        **{key: _median(rows, key) for key in TIMES},
+        "causes": dict(sorted(causes.items(), key=lambda item: (-item[1], item[0]))),
+        "reason": next((r["reason"] for r in rows if not r["success"]), ""),
+    }
+
+
+def _median(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
+    values = [float(r[key]) for r in rows if r.get(key) is not None]
+    return round(float(np.median(values)), 3) if values else None
