@@ -23,7 +23,7 @@ class Rule:
     Attributes:
         name: for `--without`.
         reason: why it is there: what would go wrong.
-        where: module that has it.
+        where: package that has it.
     """
 
     name: str
@@ -31,7 +31,30 @@ class Rule:
     where: str
 
 
-RULES: dict[str, Rule] = {}
+_PLANNING, _EXECUTION = "control.planning", "control.execution"
+_EVERY = (
+    Rule("subsumed", "a carried object may drive more than its chain says: then the longer chain is meant", _PLANNING),
+    Rule("brimful", "a fuller vessel than was shown pours earlier: begin where not even a full one would", _PLANNING),
+    Rule("unseen", "a pose that was only passed through may be out of reach before it is turned", _PLANNING),
+    Rule("enabling_places", "an object may be in the way of an interaction of others: bring it away first", _PLANNING),
+    Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),
+    Rule("conserve", "errors of learned flows add up: a long drive would make water out of nothing", _PLANNING),
+    Rule("corners", "a straight way may switch something: go around by a state that was shown", _PLANNING),
+    Rule("can_hold", "an object may stand where the robot can't take it, or may not let go of it", _PLANNING),
+    Rule("landmarks", "what only mixes becomes as its givers are: these must be so first", _PLANNING),
+    Rule("novelty", "progress may have to be undone first: states that show something new are tried first", _PLANNING),
+    Rule("push_further", "a stiffer button than was shown: press as far as anybody did before giving up", _EXECUTION),
+    Rule("carry_further", "a drive that stops short: bring what is carried on as far as was shown", _EXECUTION),
+    Rule("over_on_the_way", "a fast flow may be done before the drive's pose is reached", _EXECUTION),
+    Rule("stalled", "a drive that has stopped changing is over, whatever it was meant to bring", _EXECUTION),
+    Rule("deviation", "a step that ended elsewhere than predicted: plan anew, not on", _EXECUTION),
+    Rule("take_back", "what seems lost may be caught on something: let go of in the air it would fall", _EXECUTION),
+    Rule("goes_along", "a grasp that the classifier doubts holds if the object moves with the robot", _EXECUTION),
+    Rule("place_first", "what is turned is turned at its place, not on the way: it would spill", _EXECUTION),
+)
+RULES: dict[str, Rule] = {rule.name: rule for rule in _EVERY}
+"""All rules by name, planning first."""
+
 _OFF: ContextVar[frozenset[str]] = ContextVar("rules_switched_off", default=frozenset())
 
 

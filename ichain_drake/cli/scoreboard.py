@@ -138,8 +138,8 @@ def format_scoreboard(document: Mapping[str, Any]) -> str:
     off = f"; without {', '.join(document['without'])}" if document["without"] else ""
     note = (
         f"{seeds}{off}\nsuccess: in truth, with Wilson's 95 % interval; steps: median where reached; "
-        "silent: failures that ended as if reached;\nerror: mean distance to the path, or by how much the goal was missed, "
-        "as a share of the demonstrated range;\ntimes: medians, learning and planning of the processor"
+        "silent: failures that ended as if reached;\nerror: mean distance to the path, or by how much the goal was "
+        "missed, as a share of the demonstrated range;\ntimes: medians, learning and planning of the processor"
     )
     return table_text(view, note)
 

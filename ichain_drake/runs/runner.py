@@ -119,7 +119,7 @@ def run_jobs(
 
 
 def run_all(calls: Iterable[Any], processes: int, what: str) -> list[Any]:
-    """What calls give, in their order; for preparations that are no trials.
+    """What calls give, in their order, with the same rules switched off; for preparations that are no trials.
 
     Args:
         calls: made by `joblib.delayed`.
@@ -131,9 +131,15 @@ def run_all(calls: Iterable[Any], processes: int, what: str) -> list[Any]:
         Exception: what a call raises.
     """
     try:
-        return list(Parallel(n_jobs=usable_processes(processes))(calls))
+        off = rules.switched_off()
+        return list(Parallel(n_jobs=usable_processes(processes))(delayed(_call)(off, *call) for call in calls))
     except BrokenProcessPool:
         raise WorkerLostError(f"a worker process was killed while {what} (out of memory?); begin anew") from None
+
+
+def _call(off: frozenset[str], function: Callable[..., Any], given: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    with rules.without(off):
+        return function(*given, **named)
 
 
 def _run(job: Job, ids: tuple[str, ...], off: frozenset[str], note: Path) -> dict[str, Any]:

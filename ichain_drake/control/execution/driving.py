@@ -12,6 +12,7 @@ from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Tas
 from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 _SPREAD_ROWS = 10
@@ -106,7 +107,7 @@ class Drive(Task):
         """
         step, model = self.step, view.model
         assert step is not None
-        if self.pushed or self.goal is None or len(step.chain) == 1:
+        if not enabled("push_further") or self.pushed or self.goal is None or len(step.chain) == 1:
             return False
         edge, samples = step.chain[0], model.edges[step.chain[1]].examples.active
         on = model.decide(edge, samples) >= 0.0
@@ -126,6 +127,8 @@ class Drive(Task):
 
     def _carry_further(self, view: View) -> bool:
         """Where a drive stops short, bring the carried object as far the same way as was demonstrated; once."""
+        if not enabled("carry_further"):
+            return False
         step, model = self.step, view.model
         assert step is not None
         edge = step.chain[0]
@@ -200,6 +203,8 @@ class Drive(Task):
 
     def over_on_the_way(self, view: View) -> bool:
         """Whether all is where it should be before what is carried has been brought to where it drives: a fast pour."""
+        if not enabled("over_on_the_way"):
+            return False
         assert self.step is not None
         assert self.step.until is not None
         target = self.step.until[0]
@@ -215,6 +220,8 @@ class Drive(Task):
 
     def _stalled(self, values: FloatArray, noise: float, sign: float, change: float) -> bool:
         """Whether a variable has stopped: compared over windows as long as its noise asks for."""
+        if not enabled("stalled"):
+            return False
         assert self.step is not None
         if len(values) >= _SPREAD_ROWS:  # a noisier sensor than in the demonstrations needs longer windows
             noise = max(noise, float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6.0)))

@@ -28,6 +28,7 @@ from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.planning.travel import resting_states
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 Planner = Callable[[States, Goal, Collection[Interaction]], Plan | NoPlan]
@@ -238,7 +239,7 @@ class Executor:
                 back = carry_tasks(self.model, edge, indices(self.model, step.before, edge), place_first=False)
         elif failure.cause != "deactivation":
             back = [Switch(edge, activate=False, forced=True)]
-            if failure.cause == "lost" and origin:  # it may only be caught on something
+            if failure.cause == "lost" and origin and enabled("take_back"):  # it may only be caught on something
                 back.insert(0, TakeBack(edge, steps=way_back(self.model, step, dict(enumerate(origin)))[:-1]))
         memory.tasks = [*back, *memory.tasks]
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray, StateSpace
 
 _LEAST, _MOST = 2, 6  # ticks looked at: fewer where the parent moves fast
@@ -37,6 +38,8 @@ def goes_along(
         None where nothing tells it: the parent hardly moved, the child moved in part, or no effect on its pose was
         learned.
     """
+    if not enabled("goes_along"):
+        return None
     expected, missing = _displacements(model, edge, readings, ticks)
     clear = np.flatnonzero(expected[_LEAST - 1 :] >= _CLEAR)
     if not len(clear):

@@ -7,6 +7,7 @@ import numpy as np
 from ichain_drake.control.planning.goals import gap, inside, value_of, words
 from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import Goal, PlanStep, States
+from ichain_drake.rules import enabled
 
 _SURE = 1.0  # noises of a reading: two standard deviations of a mean of four
 _GONE, _NARROW = 5.0, 0.05  # demonstrated ranges away, each at least so wide [m]
@@ -57,6 +58,8 @@ def deviation(model: GraphModel, step: PlanStep, now: States) -> str:
         step: that has been done.
         now: measured states, shape (n_variables,) each.
     """
+    if not enabled("deviation"):
+        return ""
     for name, dynamics in model.passive.items():
         space = model.graph.objects[name].observable
         if name not in step.predicted:

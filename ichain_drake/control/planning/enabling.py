@@ -15,6 +15,7 @@ from ichain_drake.control.planning.macros import Carry
 from ichain_drake.control.planning.model import GraphModel, span, take
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 _SAMPLES = 60
@@ -34,6 +35,8 @@ def enabling_places(model: GraphModel, carry: Carry, nodes: Sequence[States]) ->
     """
     obj = carry.edge.child
     out: list[list[FloatArray]] = [[] for _ in nodes]
+    if not enabled("enabling_places"):
+        return out
     for edge in model.graph.interactions:
         # Of its two ends `carry_targets` takes care.
         if obj in (edge.parent, edge.child) or obj not in model.graph.parents(edge.child):

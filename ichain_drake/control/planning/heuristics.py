@@ -18,6 +18,7 @@ import numpy as np
 from ichain_drake.control.planning.goals import gap, value_of
 from ichain_drake.control.planning.model import GraphModel, keeps, span
 from ichain_drake.control.planning.plan import Condition, States
+from ichain_drake.rules import enabled
 
 _BINS = 8.0  # over the demonstrated range
 _KEY_BINS = 20.0
@@ -59,6 +60,8 @@ class Novelty:
             states: shape (n_variables,) each.
             unmet: what states are compared within.
         """
+        if not enabled("novelty"):
+            return 1
         seen = self._seen.setdefault(tuple(unmet), set())
         atoms = tuple(enumerate(self.bins(states, _BINS)))
         singles = {(a,) for a in atoms}
@@ -95,6 +98,8 @@ class Landmarks:
             states: shape (n_variables,) each.
             unmet: indices of unmet conditions.
         """
+        if not enabled("landmarks"):
+            return ()
         graph = self._model.graph
         return tuple(
             k

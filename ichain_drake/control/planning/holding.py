@@ -14,6 +14,7 @@ import numpy as np
 from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 
 _GRASPS = 40  # demonstrated ways of holding that are tried
 
@@ -29,8 +30,8 @@ def can_hold(model: GraphModel, edge: Interaction, states: Sequence[States]) -> 
     Returns:
         shape (n_states,); true where the object's place is not known to go with the robot's.
     """
-    if not states:
-        return np.zeros(0, dtype=bool)
+    if not states or not enabled("can_hold"):
+        return np.ones(len(states), dtype=bool)
     alignment: Any = model.edges[edge].alignment
     samples = model.edges[edge].examples.active
     rows = np.flatnonzero(model.decide(edge, samples) >= 0.0)

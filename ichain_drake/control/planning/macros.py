@@ -24,6 +24,7 @@ from ichain_drake.control.planning.model import (
     take,
 )
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
@@ -150,6 +151,8 @@ def find_drives(model: GraphModel, carries: tuple[Carry, ...]) -> tuple[Drive, .
 
 def _subsumed(model: GraphModel, drive: Drive, every: list[Drive]) -> bool:
     """Whether a carried object drives more than the chain says, and a longer chain says so."""
+    if not enabled("subsumed"):
+        return False
     longer = [
         d.chain[len(drive.chain)]
         for d in every
@@ -233,6 +236,8 @@ def _in_context(model: GraphModel, first: str, carry: Carry | None, batch: Batch
 
 def _brimful(model: GraphModel, carry: Carry, batch: Batch) -> Batch:
     """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
+    if not enabled("brimful"):
+        return batch
     obj = carry.edge.child
     amounts = [i for group in conserved(model) for n, i in group if n == obj]
     out = {n: v.copy() for n, v in batch.items()}
@@ -264,6 +269,8 @@ def _unseen(model: GraphModel, carry: Carry, poses: FloatArray, width: FloatArra
 
     Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.
     """
+    if not enabled("unseen"):
+        return np.zeros(len(poses))
     obj = carry.edge.child
     variables = model.graph.objects[obj].observable.variables
     turned = [k for k, i in enumerate(carry.follow) if (r := variables[i].role) is None or r.kind != "position"]

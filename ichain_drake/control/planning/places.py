@@ -12,6 +12,7 @@ from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
 from ichain_drake.control.planning.macros import Carry
 from ichain_drake.control.planning.model import Batch, GraphModel, span
 from ichain_drake.control.planning.plan import Condition, States
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 _SAME = 0.02  # of the demonstrated range: nearer than this is no move
@@ -57,7 +58,7 @@ def carry_targets(
         for margin in margins[:, k]:
             if margin.max(initial=-1.0) >= 0:
                 found.append(places[int(np.argmax(margin))])
-        if _acts_on_goal(model, obj, node, conditions):
+        if enabled("along_a_line") and _acts_on_goal(model, obj, node, conditions):
             found += list(_along(places, width))
         free = np.flatnonzero((margins[:, k] < 0).all(axis=0))
         if len(free):

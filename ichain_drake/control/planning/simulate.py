@@ -23,6 +23,7 @@ from ichain_drake.control.planning.model import (
 )
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
@@ -189,6 +190,8 @@ class _Run:
 
     def _conserve(self, after: Batch) -> None:
         """No drive makes more of a conserved quantity than there was: what was gained is cut back, in place."""
+        if not enabled("conserve"):
+            return
         for group in self.amounts:
             had = sum(self.start[n][:, i] for n, i in group)
             gains = [np.maximum(after[n][:, i] - self.start[n][:, i], 0.0) for n, i in group]

@@ -9,6 +9,7 @@ import numpy as np
 from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray, StateSpace
 
 _VIAS = 40
@@ -53,6 +54,8 @@ def corners(model: GraphModel, states: States, goal: FloatArray, vias: Sequence[
         goal: robot state, shape (n_root,).
         vias: robot states in which nothing is switched, shape (n_root,) each.
     """
+    if not enabled("corners"):
+        return [goal]
     root = model.graph.root
     mine = [e for e in model.graph.interactions if e.parent == root]
     space = model.graph.objects[root].observable

@@ -1,0 +1,128 @@
+"""The runner: nothing is lost and nothing done twice, whatever ends it."""
+
+import json
+
+import joblib
+import pytest
+from joblib import delayed
+from toy_jobs import ToyJob, exhaust
+
+from ichain_drake.errors import InputError, WorkerLostError
+from ichain_drake.runs.row_file import RowFile, rows_beside
+from ichain_drake.runs.runner import reason_of, run_all, run_jobs, usable_processes
+
+
+def jobs(folder, **deeds):
+    return [ToyJob((f"{a}1", f"{a}2"), folder, tuple(deeds.items())) for a in "abc"]
+
+
+def test_findings_come_in_the_order_of_the_jobs_whoever_is_done_first(tmp_path):
+    said = []
+    found = run_jobs(jobs(tmp_path), 2, say=lambda line, fraction: said.append((line, fraction)))
+    assert [f["name"] for f in found] == ["a1", "a2", "b1", "b2", "c1", "c2"]
+    assert [fraction for _, fraction in said] == pytest.approx([1 / 3, 2 / 3, 1.0])
+
+
+def test_a_job_that_raises_is_a_finding_and_ends_nothing(tmp_path):
+    found = run_jobs(jobs(tmp_path, b1="raise"))
+    assert [f["name"] for f in found] == ["a1", "a2", "b1", "b2", "c1", "c2"]
+    reasons = [f.get("reason") for f in found]
+    assert reasons[:2] == reasons[4:] == [None, None]
+    assert all(r.startswith("ZeroDivisionError: by nought (toy_jobs.py, line") for r in reasons[2:4])
+    assert reason_of(InputError("two\n lines")) == "two lines"
+
+
+def test_what_was_found_before_is_not_done_again(tmp_path):
+    rows = RowFile(tmp_path / "rows.jsonl", {"seed": 1})
+    with pytest.raises(KeyboardInterrupt):
+        run_jobs(jobs(tmp_path, c1="interrupt"), rows=rows)
+    again = RowFile(tmp_path / "rows.jsonl", {"seed": 1}, resume=True)
+    assert set(again.found) == {"a1", "a2", "b1", "b2"}
+    (tmp_path / "ran").unlink()
+    assert [f["name"] for f in run_jobs(jobs(tmp_path), rows=again)] == ["a1", "a2", "b1", "b2", "c1", "c2"]
+    assert ToyJob((), tmp_path).ran() == ["c1", "c2"]
+
+
+def test_of_a_job_that_was_half_done_the_rest_is_done(tmp_path):
+    rows = RowFile()
+    rows.add({"a1": "known"})
+    assert run_jobs(jobs(tmp_path)[:1], rows=rows) == ["known", {"name": "a2", "off": []}]
+    assert ToyJob((), tmp_path).ran() == ["a2"]
+
+
+def test_a_killed_process_loses_no_finished_row_and_is_named(tmp_path):
+    rows = RowFile(tmp_path / "rows.jsonl")
+    work = jobs(tmp_path, b2="die", a2="release")
+    with pytest.raises(WorkerLostError) as lost:
+        run_jobs(work, 2, rows)
+    assert {"a1", "a2"} <= set(rows.found)
+    assert "b2" not in rows.found
+    assert "killed (out of memory?) during" in str(lost.value)
+    assert "b2" in str(lost.value)
+    assert f"kept in {tmp_path / 'rows.jsonl'}; go on with --resume" in str(lost.value)
+    again = RowFile(tmp_path / "rows.jsonl", resume=True)
+    assert again.found == rows.found
+    assert [f["name"] for f in run_jobs(jobs(tmp_path), 2, again)] == ["a1", "a2", "b1", "b2", "c1", "c2"]
+
+
+def test_rules_are_off_in_every_process(tmp_path, monkeypatch):
+    from ichain_drake import rules
+
+    name = next(iter(rules.RULES))
+    with rules.without([name]):
+        found = run_jobs(jobs(tmp_path), 2)
+    assert all(f["off"] == [name] for f in found)
+
+
+def test_no_more_processes_than_cores():
+    said = []
+    cores = joblib.cpu_count()
+    assert usable_processes(1000, lambda line, fraction: said.append(line)) == cores
+    assert said == [f"{cores} processes of the 1000 asked for: there are {cores} cores"]
+    assert usable_processes(1, lambda line, fraction: said.append(line)) == 1
+    assert len(said) == 1
+    with pytest.raises(InputError, match="give numbers from 1"):
+        usable_processes(0)
+
+
+def test_preparations_are_no_trials(tmp_path):
+    assert run_all((delayed(divmod)(k, 2) for k in (4, 5)), 2, "dividing") == [(2, 0), (2, 1)]
+    with pytest.raises(ZeroDivisionError):
+        run_all([delayed(divmod)(1, 0)], 1, "dividing")
+    (tmp_path / "others are done").touch()
+    dying = ToyJob(("a",), tmp_path, (("a", "die"),))
+    with pytest.raises(WorkerLostError, match="killed while recording"):
+        run_all([delayed(exhaust)(dying), delayed(exhaust)(dying)], 2, "recording")
+
+
+class TestRowFile:
+    """Rows on disk."""
+
+    def test_a_half_written_line_is_dropped_and_the_next_stands_by_itself(self, tmp_path):
+        file = tmp_path / "deep" / "rows.jsonl"
+        RowFile(file, {"seed": 1}).add({"a": 1, "b": {"x": None}})
+        with file.open("a") as stream:
+            stream.write('{"id": "c", "fou')
+        again = RowFile(file, {"seed": 1}, resume=True)
+        assert again.found == {"a": 1, "b": {"x": None}}
+        again.add({"c": 3})
+        assert [json.loads(line).get("id") for line in file.read_text().splitlines()] == [None, "a", "b", "c"]
+        assert RowFile(file, {"seed": 1}, resume=True).of(["c", "z", "a"]) == [3, 1]
+
+    def test_rows_of_another_evaluation_are_refused(self, tmp_path):
+        file = tmp_path / "rows.jsonl"
+        RowFile(file, {"seed": 1, "scenario": "x"}).add({"a": 1})
+        with pytest.raises(InputError, match=r"another evaluation \(seed: 1, now 2\); leave --resume out"):
+            RowFile(file, {"seed": 2, "scenario": "x"}, resume=True)
+        assert RowFile(file, {"seed": 2}).found == {}  # begun anew
+
+    def test_nothing_to_go_on_from_is_a_beginning(self, tmp_path):
+        assert RowFile(tmp_path / "rows.jsonl", resume=True).found == {}
+        (tmp_path / "other.jsonl").write_text("no rows\n")
+        assert RowFile(tmp_path / "other.jsonl", resume=True).found == {}
+
+    def test_a_place_that_can_not_be_written_is_named(self, tmp_path):
+        (tmp_path / "file").write_text("")
+        with pytest.raises(InputError, match="can't keep rows there"):
+            RowFile(tmp_path / "file" / "rows.jsonl")
+        assert rows_beside(tmp_path / "report.json").name == "report.rows.jsonl"

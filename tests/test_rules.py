@@ -1,0 +1,104 @@
+"""Rules that are not the paper's: each can be switched off, where it is switched off and nowhere else."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from ichain_drake import rules
+from ichain_drake.cli.main import main
+from ichain_drake.errors import InputError
+
+PACKAGE = Path(rules.__file__).parent
+
+
+def test_a_rule_is_off_inside_and_on_outside():
+    assert rules.enabled("corners")
+    with rules.without(["corners"]):
+        assert not rules.enabled("corners")
+        assert rules.enabled("brimful")
+        with rules.without(["brimful"]):
+            assert rules.switched_off() == {"corners", "brimful"}
+        assert rules.enabled("brimful")
+    assert rules.enabled("corners")
+    assert rules.switched_off() == frozenset()
+
+
+def test_it_is_on_again_after_an_error():
+    with pytest.raises(ZeroDivisionError), rules.without(["corners"]):
+        raise ZeroDivisionError
+    assert rules.enabled("corners")
+
+
+def test_unknown_names_are_refused_with_close_ones():
+    with (
+        pytest.raises(InputError, match=r"there is no rule 'corner'; did you mean corners\?"),
+        rules.without(["corner"]),
+    ):
+        pass
+    with pytest.raises(InputError, match="there is no rule 'xyz'; there are subsumed, brimful"):
+        rules.check_names(["xyz"])
+    with pytest.raises(KeyError):
+        rules.enabled("xyz")
+
+
+def test_every_rule_acts_somewhere_and_every_switch_has_a_rule():
+    asked: dict[str, set[str]] = {}
+    for file in PACKAGE.rglob("*.py"):
+        if file.name == "rules.py":
+            continue
+        for name in re.findall(r"\benabled\(\"(\w+)\"\)", file.read_text()):
+            package = ".".join(file.relative_to(PACKAGE).parts[:-1])
+            asked.setdefault(name, set()).add(package)
+    assert set(asked) == set(rules.RULES)
+    for name, rule in rules.RULES.items():
+        assert asked[name] == {rule.where}, name
+        assert rule.reason
+
+
+@pytest.mark.parametrize("command", [["run"], ["evaluate"], ["scoreboard", "--only"]])
+def test_commands_refuse_a_rule_that_there_is_not(command, capfd):
+    name = ["*"] if command[0] == "scoreboard" else ["water_dispenser", "--physics", "ideal"]
+    assert main([*command, *name, "--without", "brimfull"]) == 2
+    assert capfd.readouterr().err == "ichain: there is no rule 'brimfull'; did you mean brimful?\n"
+
+
+def test_a_report_names_the_rules_that_were_off():
+    from lamp import LampScenario
+
+    from ichain_drake.runs.provenance import given_of
+
+    assert "without" not in given_of(LampScenario())
+    with rules.without(["novelty", "corners"]):
+        assert given_of(LampScenario())["without"] == ["corners", "novelty"]
+
+
+def test_rules_change_what_they_are_about():
+    """One of planning and one of execution, on the smallest world that they act in."""
+    import numpy as np
+    from small_job import fresh, learned, readings
+
+    from ichain_drake.control.execution.monitoring import deviation
+    from ichain_drake.control.planning.goals import parse_goal
+    from ichain_drake.control.planning.heuristics import Novelty
+    from ichain_drake.control.planning.holding import can_hold
+
+    model, _, planner = learned()
+    start = readings(fresh())
+    goal = parse_goal(["box.water >= 0.5"], model, start)
+    plan = planner.plan(start, goal)
+    step = plan.steps[0]
+    moved = {n: np.array(v) for n, v in step.predicted.items()}
+    moved["box"] = moved["box"] + 1.0
+    assert deviation(model, step, moved)
+    with rules.without(["deviation"]):
+        assert deviation(model, step, moved) == ""
+    ranks = Novelty(model)
+    assert [ranks.rank(start, ()) for _ in range(2)] == [1, 3]
+    with rules.without(["novelty"]):
+        assert ranks.rank(start, ()) == 1
+    box = next(e for e in model.graph.interactions if e.name == "hand->box")
+    far = [{**start, "box": start["box"] + 50.0}]
+    assert not can_hold(model, box, far).any()
+    with rules.without(["can_hold"]):
+        assert can_hold(model, box, far).all()
