@@ -81,7 +81,6 @@ def test_rules_change_what_they_are_about():
     from ichain_drake.control.execution.monitoring import deviation
     from ichain_drake.control.planning.goals import parse_goal
     from ichain_drake.control.planning.heuristics import Novelty
-    from ichain_drake.control.planning.holding import can_hold
 
     model, _, planner = learned()
     start = readings(fresh())
@@ -97,8 +96,3 @@ def test_rules_change_what_they_are_about():
     assert [ranks.rank(start, ()) for _ in range(2)] == [1, 3]
     with rules.without(["novelty"]):
         assert ranks.rank(start, ()) == 1
-    box = next(e for e in model.graph.interactions if e.name == "hand->box")
-    far = [{**start, "box": start["box"] + 50.0}]
-    assert not can_hold(model, box, far).any()
-    with rules.without(["can_hold"]):
-        assert can_hold(model, box, far).all()

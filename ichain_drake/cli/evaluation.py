@@ -12,10 +12,10 @@ from rich.table import Table
 
 from ichain_drake import rules
 from ichain_drake.cli.console import Reporter
-from ichain_drake.cli.run import deliver_report
+from ichain_drake.cli.run import deliver_report, printed
 from ichain_drake.errors import InputError, WorkerLostError
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder
-from ichain_drake.runs.provenance import given_of, versions
+from ichain_drake.runs.provenance import given_of
 from ichain_drake.runs.row_file import RowFile, rows_beside
 from ichain_drake.runs.runner import EvaluationInterrupted, Say
 from ichain_drake.scenarios import Scenario
@@ -86,18 +86,19 @@ def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | No
             found = evaluation.evaluate(say, rows)
         except (EvaluationInterrupted, WorkerLostError) as interruption:
             stopped, found = interruption, interruption.found
+    text = evaluation.text(found)
     document = {
+        **printed(text),
         "scenario": scenario.name,
         "physics": scenario.physics,
         "seed": scenario.seed,
         "trials": evaluation.trials,
         **evaluation.more,
         "reason": evaluation.done if stopped is None else str(stopped),
-        "versions": versions(),
         "given": given_of(scenario),
         **found,
     }
-    deliver_report(document, report, text=evaluation.text(found))
+    deliver_report(document, report, text=text)
     if output is not None:
         evaluation.pictures(found, output)
     if stopped is not None:

@@ -184,11 +184,12 @@ def benchmarks(report: str | None) -> None:
     """Print what the library costs, as ratios measured in one run."""
     from ichain_drake.benchmarks import format_table, run_benchmarks
     from ichain_drake.cli.console import Reporter
-    from ichain_drake.cli.run import deliver_report
+    from ichain_drake.cli.run import deliver_report, printed
 
     with Reporter() as say:
         results = run_benchmarks(say)
-    deliver_report(results, report, text=format_table(results))
+    text = format_table(results)
+    deliver_report({**results, **printed(text)}, report, text=text)
 
 
 @app.command()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
+from ichain_drake.cli.options import command_said
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import write_drawing
 from ichain_drake.runs.paths.choice import choose_paths
@@ -26,7 +28,7 @@ from ichain_drake.runs.paths.output import (
 )
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.runs.paths.run import check_settings, recorded_seconds, run_paths
-from ichain_drake.runs.provenance import data_hash
+from ichain_drake.runs.provenance import data_hash, versions
 from ichain_drake.scenarios import PathScenario, Scenario, build_world
 
 
@@ -197,6 +199,16 @@ def draw_graph(scenario: Scenario, file: Path | None, *, diagram: bool) -> str:
         return text
     write_drawing(dot, file)
     return f"written: {file}"
+
+
+def printed(text: str) -> dict[str, Any]:
+    """What a report says of its table, so that pages can show it: the text, the command, the date and the versions.
+
+    Args:
+        text: of the table.
+    """
+    date = datetime.now(UTC).date().isoformat()
+    return {"text": text, "command": command_said(), "date": date, "versions": versions()}
 
 
 def deliver_report(report: dict[str, Any], file: str | None, text: str) -> None:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import click
 
-from ichain_drake.cli.options import PATH, command_said, options
+from ichain_drake.cli.options import PATH, options
 
 _FILE = Path("runs") / "scoreboard.json"
 
@@ -79,7 +78,7 @@ def _measure(
         EvaluationInterrupted, WorkerLostError: once the report on what was finished is written.
     """
     from ichain_drake.cli.console import Reporter
-    from ichain_drake.cli.run import deliver_report
+    from ichain_drake.cli.run import deliver_report, printed
     from ichain_drake.errors import WorkerLostError
     from ichain_drake.runs.paths.output import prepare_file
     from ichain_drake.runs.provenance import versions
@@ -97,16 +96,15 @@ def _measure(
             found = run_scoreboard(cases, about["first_seed"], jobs, rows, say)
         except (EvaluationInterrupted, WorkerLostError) as interruption:
             stopped, found = interruption, interruption.found
+    text = format_scoreboard({**about, **found})
     document = {
-        "command": command_said(),
-        "date": datetime.now(UTC).date().isoformat(),
-        "versions": versions(),
+        **printed(text),
         "reason": "every trial was run" if stopped is None else str(stopped),
         **about,
         **found,
         "skipped": dict(skipped),
     }
-    deliver_report(document, report, text=format_scoreboard(document))
+    deliver_report(document, report, text=text)
     if stopped is not None:
         raise stopped
     return document
