@@ -73,3 +73,48 @@ def test_wrong_options_are_refused_before_any_work(options, message, lamp, capfd
     line = capfd.readouterr().err
     assert line.count("\n") == 1
     assert message in line
+
+
+def test_fresh_trials_beside_those_that_share_demonstrations(lamp, capfd, tmp_path: Path):
+    file = tmp_path / "report.json"
+    asked = [
+        "evaluate",
+        "lamp",
+        "--physics",
+        "ideal",
+        "--methods",
+        "monitors/none",
+        "--report",
+        str(file),
+        "--seed",
+        "4",
+    ]
+    assert main([*asked, "--trials", "1", "--fresh", "--shared"]) == 0
+    report = json.loads(file.read_text(), parse_constant=pytest.fail)
+    fresh, shared = report["rows"]
+    assert set(shared) == ROW
+    assert set(fresh) == ROW | {"learning_seconds", "plan_seconds", "wall_seconds"}
+    assert (fresh["demonstrations"], fresh["seed"]) == ("fresh", 4)
+    assert (shared["demonstrations"], shared["seed"]) == ("seed 4", 0)
+    assert fresh["wall_seconds"] > fresh["learning_seconds"] > 0
+    assert [(line["demonstrations"], line["seeds"]) for line in report["table"]] == [("fresh", "4"), ("seed 4", "0")]
+    assert "1/1 (.21-1.00)" in capfd.readouterr().out
+    assert report["command"] == (
+        "ichain evaluate lamp --physics ideal --seed 4 --trials 1 --methods monitors/none --fresh --shared"
+    )
+    assert "1/1 (.21-1.00)" in report["text"]
+    # The first trial is known; the second has demonstrations of the next seed.
+    assert main([*asked, "--trials", "2", "--fresh", "--resume"]) == 0
+    more = json.loads(file.read_text())["rows"]
+    assert more[0] == fresh
+    assert [row["seed"] for row in more] == [4, 5]
+    assert "1 of 2 were done before" in capfd.readouterr().err
+    assert main([*asked[:-1], "5", "--fresh", "--resume"]) == 2
+    assert "rows are of another evaluation (seed: 4, now 5)" in capfd.readouterr().err
+
+
+def test_resume_needs_a_report_to_go_on_from(lamp, capfd):
+    assert main(["evaluate", "lamp", "--physics", "ideal", "--resume"]) == 2
+    assert capfd.readouterr().err == (
+        "ichain: --resume goes on from the rows beside a report: name it with --report FILE\n"
+    )

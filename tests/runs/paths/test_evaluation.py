@@ -9,6 +9,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.runs.paths.evaluation import METHODS, check_evaluation, evaluate_paths, shorten
 from ichain_drake.runs.paths.summary import summarise
 from ichain_drake.systems import load_scenario
+from ichain_drake.systems.car_game.scenario import CarGame
 from ichain_drake.timing import TICK
 
 
@@ -74,3 +75,16 @@ def test_what_is_refused():
     for trials, jobs in ((0, 1), (1, 0), (-1, 1)):
         with pytest.raises(InputError, match="give numbers from 1"):
             evaluate_paths(scenario, (), trials, ["oracle"], jobs)
+
+
+def test_a_seed_that_raises_has_rows_with_the_reason():
+    class Broken(CarGame):
+        def record_demonstrations(self, progress=None, known=()):
+            raise InputError(f"no joystick on seed {self.seed}")
+
+    found = evaluate_paths(Broken((), "ideal", 3), (), 2, ["default@100", "oracle"], rows=None)
+    assert len(found["rows"]) == 2 * 2 * 3
+    assert {r["reason"] for r in found["rows"]} == {"no joystick on seed 3", "no joystick on seed 4"}
+    assert {(r["method"], r["samples"]) for r in found["rows"]} == {("default", 100), ("oracle", 0)}
+    assert not any(r["success"] for r in found["rows"])
+    assert {(line["seeds"], line["completed"]) for line in found["table"]} == {("3-4", 0)}
