@@ -101,6 +101,28 @@ def test_a_fault_meets_runs_but_no_demonstration() -> None:
     assert scenario.mishap_seen == Mishap()
 
 
+def test_demonstrations_share_no_noise_with_any_run_of_an_evaluation() -> None:
+    """Whatever keys a world's noise differs: what was learned from has told nothing about what is asked."""
+    scenario = Rolling(physics="ideal", seed=2)
+    shown: list[int] = []
+    build = scenario.build_world
+
+    def noted(start, run, *args, **kwargs):
+        world, prepare = build(start, run, *args, **kwargs)
+        shown.append(world.system("ball").settings.seed)
+        return world, prepare
+
+    scenario.build_world = noted  # type: ignore[method-assign]
+    list(scenario.record_demonstrations())
+    demonstrated = set(shown)
+    assert len(demonstrated) == 1
+    shown.clear()
+    for run in (0, 1, 499):
+        scenario.make_world(run)
+    assert shown == [2000, 2001, 2499]
+    assert not demonstrated & {2000 + run for run in range(500)}
+
+
 def test_what_can_not_be_is_refused() -> None:
     with pytest.raises(ic.InputError, match="rolling has no fault 'slip'; it has none"):
         Rolling(["fault.kind=slip"], physics="ideal")

@@ -1,12 +1,22 @@
 """Evaluation: a table made of rows, and nobody sees more samples than the table says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.runs.paths.evaluation import METHODS, check_evaluation, evaluate_paths, shorten, summarise
+from ichain_drake.runs.paths.evaluation import (
+    METHODS,
+    Variant,
+    check_evaluation,
+    evaluate_paths,
+    learn_variant,
+    shorten,
+    summarise,
+)
 from ichain_drake.systems import load_scenario
 from ichain_drake.timing import TICK
 
@@ -73,3 +83,28 @@ def test_what_is_refused():
     for trials, jobs in ((0, 1), (1, 0), (-1, 1)):
         with pytest.raises(InputError, match="give numbers from 1"):
             evaluate_paths(scenario, (), trials, ["oracle"], jobs)
+
+
+def test_nothing_beyond_the_samples_of_a_row_is_used_for_it() -> None:
+    """Not for models, command map, limits or validation: what comes later in a piece may be anything."""
+    settings = ["learning.samples=150", "learning.estimator=polynomial(degree=2)", "control.efforts=[0.05]"]
+    scenario = load_scenario("car_game", settings, "ideal", 0)
+    pieces = list(scenario.record_demonstrations())
+    variant = Variant("default", "predictive", 50)
+    later = []
+    for piece in pieces:
+        table = piece.table.copy()
+        after = len(shorten(piece, 50).table)
+        assert len(table) - after > 90
+        numbers = [c for c in table.columns if c != "time" and "->" not in c]
+        table.loc[table.index[after:], numbers] *= 0.5
+        later.append(replace(piece, table=table))
+    found = [learn_variant(scenario, variant, shown) for shown in (pieces, later)]
+    (first, control), (second, other) = found
+    assert control.options == other.options
+    for name in ("hand_limit", "command_lower", "command_upper"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+    for one, same in zip(first.links, second.links, strict=True):
+        np.testing.assert_array_equal(one.child_limit, same.child_limit)
+        for key, array in one.forward.model.frozen.arrays().items():
+            np.testing.assert_array_equal(array, same.forward.model.frozen.arrays()[key])
