@@ -110,9 +110,9 @@ def _warnings(model: Reported, edge: Interaction, learned: LearnedInteraction) -
             out.append(f"{edge.name}: {what} only {len(events)} times in all pieces; add {remedy}")
     if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS or status.block_score < _GOOD_BLOCKS:
         out.append(
-            f"{edge.name}: on pieces left out, its status is told with F1 {status.score:.2f}, its switching with "
-            f"{status.event_score:.2f}; add a boundary sweep: a piece that slowly crosses the border of where "
-            f"{edge.parent} acts on {edge.child}, in each direction"
+            f"{edge.name}: when it is active is not predicted well on pieces that were left out (F1 "
+            f"{status.score:.2f}; {status.event_score:.2f} for the moments at which it switches); add pieces in which "
+            f"{edge.parent} starts and stops to act on {edge.child}, slowly if it can, and under other conditions"
         )
     if not learned.effects:
         out.append(

@@ -68,7 +68,10 @@ def test_pieces_are_recorded_unless_all_is_known() -> None:
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        (np.zeros((3, 2)), r"piece still: its commands have shape \(3, 2\); give a row a tick of x, y, z, yaw"),
+        (
+            np.zeros((3, 2)),
+            r"piece still: its commands have shape \(3, 2\); give an array .* 7 columns: x, y, z, yaw",
+        ),
         (np.zeros((0, 7)), r"piece still: its commands have shape \(0, 7\)"),
         (np.array([[0.0] * 7, [np.nan] * 7]), "piece still: a command is not finite in row 1"),
     ],
