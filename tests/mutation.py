@@ -7,7 +7,7 @@ copy, so that the tree is left alone whenever it is stopped. Places are drawn at
 are possible there: another arithmetic or comparison operator, a number, a condition, a skipped loop. Changes of
 annotations and decorators are left out, as are those that no test could miss (arithmetic as bitwise operators).
 
-A mutated module is tested by the file that mirrors it, `tests/a/test_b.py` for `ichain_drake/a/b.py`, and by others
+A mutated module is tested by the file that mirrors it, `tests/a/test_b.py` for `ichain_drake/a/b.py`, and by near ones
 that import it, or by its folder's where there are neither; then by small runs from end to end. A mutant is killed if a
 test fails, or does not come to an end within the time limit.
 """
@@ -77,7 +77,8 @@ def tests_of(module: Path) -> list[str]:
     mirror = Path("tests", *module.parts[1:-1], f"test_{module.stem}.py")
     files = sorted(Path("tests").rglob("test_*.py"))
     imports = re.compile(rf"\b{re.escape(dotted)}\b(?!\.)")
-    direct = [f for f in files if f != mirror and imports.search(f.read_text())]
+    near = [f for f in files if f != mirror and f.parts[1] in (*PACKAGES, "learned_graph")]
+    direct = [f for f in near if imports.search(f.read_text())]
     folder = [f for f in files if f.parent == mirror.parent]
     found = ([mirror] if mirror.exists() else []) + direct
     return list(dict.fromkeys([*map(str, (found or folder)[:MOST_FILES]), *END_TO_END]))
