@@ -1,4 +1,4 @@
-"""What tests of several folders learn from: the water dispenser's pieces on `ideal`.
+"""What tests of several folders learn from: the water dispenser's pieces on `ideal`; and patience with busy machines.
 
 Imported where they are used, so that a test of something small loads neither plants nor estimators.
 """
@@ -8,11 +8,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
     from ichain_drake.demonstrations import Demonstration
     from ichain_drake.learning import InteractionSpec
     from ichain_drake.runs.goals.knowledge import Knowledge
+
+# How long an example takes says more about what else runs on the machine than about the code.
+settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("patient")
 
 
 @pytest.fixture(scope="session")

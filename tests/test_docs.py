@@ -96,3 +96,47 @@ def test_every_page_is_linked_from_the_readme() -> None:
     text = (ROOT / "README.md").read_text()
     for page in (ROOT / "docs").glob("*.md"):
         assert f"(docs/{page.name}" in text, page.name
+
+
+def exists(path: str) -> bool:
+    return (ROOT / "ichain_drake" / path).exists() or (ROOT / path).exists()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_paths_of_code_are_those_of_the_tree(page: Path) -> None:
+    """A path in backquotes exists, below `ichain_drake/` or the root; as the text of a link it is the link's own."""
+    text = page.read_text()
+    assert [p for p in re.findall(r"`((?:\w+/)+(?:\w+\.(?:py|yaml))?)`", text) if not exists(p)] == []
+    for shown, target in re.findall(r"\[`([\w/]+\.py)`\]\(([^)#]+)", text):
+        assert target.removeprefix("../").removeprefix("ichain_drake/") == shown, f"{page.name}: {shown}"
+
+
+def test_the_tree_in_the_architecture_page_is_the_tree() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    (drawn,) = re.findall(r"^    ichain_drake/\n(.*?)^    models/", text, re.MULTILINE | re.DOTALL)
+    found, above = set(), ""
+    for indent, name in re.findall(r"^ {4}( {2,4})(\w+(?:/|\.py))", drawn, re.MULTILINE):
+        above = name if len(indent) == 2 else above
+        found.add(name if len(indent) == 2 else above + name)
+    package = ROOT / "ichain_drake"
+    folders = {f"{f.relative_to(package)}/" for f in package.rglob("*/") if (f / "__init__.py").exists()} - {"./"}
+    folders -= {f for f in folders if f.startswith("systems/") and f != "systems/"} | {"visualization/page/"}
+    assert {name for name in found if name.endswith("/")} == folders
+    files = {f.name for f in package.glob("*.py")} - {"__init__.py", "__main__.py"}
+    assert {name for name in found if name.count("/") == 0} == files
+
+
+def test_where_to_change_something_is_there() -> None:
+    """Each row of the table names a path, and what it says is in it."""
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    table = text.split("## Where do I change ...?")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| (?!what \||---)(.*?) \| (.*) \|$", table, re.MULTILINE)
+    assert len(rows) == 12
+    for what, where in rows:
+        path = re.match(r"`([\w/]+(?:\.py)?)`(?:: ((?:`[\w.]+`(?:, )?)+))?", where)
+        if path is None:
+            assert where.startswith("not possible yet"), what
+            continue
+        assert exists(path[1]), what
+        for name in re.findall(r"`([\w.]+)`", path[2] or ""):
+            assert name.split(".")[-1] in (ROOT / "ichain_drake" / path[1]).read_text(), what

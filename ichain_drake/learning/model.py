@@ -14,6 +14,7 @@ from ichain_drake.errors import ActiveCycleError, InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.batch import flatten, forced_status
 from ichain_drake.learning.passive import PassiveDynamics
+from ichain_drake.learning.report import report
 from ichain_drake.learning.tick import LearnedInteraction, advance, effects_of
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
@@ -209,8 +210,6 @@ class InteractionModel:
 
     def report(self) -> dict[str, object]:
         """Figures and warnings of every model; see `report`."""
-        from ichain_drake.learning.report import report  # noqa: PLC0415 - it describes this class
-
         return report(self)
 
     @cached_property

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
-from ichain_drake.graph import Interaction
-from ichain_drake.learning.model import InteractionModel
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.tick import LearnedInteraction
 
 _LEAST_EVENTS = 3
@@ -13,7 +14,23 @@ _LEAST_PIECES = 3
 _GOOD_STATUS, _GOOD_EVENTS, _GOOD_BLOCKS = 0.9, 0.5, 0.9
 
 
-def report(model: InteractionModel) -> dict[str, Any]:
+class Reported(Protocol):
+    """What is reported of a model; see `InteractionModel`."""
+
+    @property
+    def graph(self) -> InteractionGraph: ...  # noqa: D102
+
+    @property
+    def edges(self) -> Mapping[Interaction, LearnedInteraction]: ...  # noqa: D102
+
+    @property
+    def passive(self) -> Mapping[str, PassiveDynamics]: ...  # noqa: D102
+
+    @property
+    def pieces(self) -> Sequence[str]: ...  # noqa: D102
+
+
+def report(model: Reported) -> dict[str, Any]:
     """Figures of every model as plain numbers and texts, ready for JSON.
 
     Returns:
@@ -45,7 +62,7 @@ def _passive_detail(dynamics: Any, variable: Any) -> dict[str, Any]:
     return {}
 
 
-def _edge(model: InteractionModel, edge: Interaction, learned: LearnedInteraction) -> dict[str, Any]:
+def _edge(model: Reported, edge: Interaction, learned: LearnedInteraction) -> dict[str, Any]:
     names = model.graph.objects[edge.child].observable.names
     status = learned.status
     effects = {
@@ -82,7 +99,7 @@ def _edge(model: InteractionModel, edge: Interaction, learned: LearnedInteractio
     }
 
 
-def _warnings(model: InteractionModel, edge: Interaction, learned: LearnedInteraction) -> list[str]:
+def _warnings(model: Reported, edge: Interaction, learned: LearnedInteraction) -> list[str]:
     out = []
     status, examples = learned.status, learned.examples
     for what, events, remedy in (
@@ -93,9 +110,9 @@ def _warnings(model: InteractionModel, edge: Interaction, learned: LearnedIntera
             out.append(f"{edge.name}: {what} only {len(events)} times in all pieces; add {remedy}")
     if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS or status.block_score < _GOOD_BLOCKS:
         out.append(
-            f"{edge.name}: on pieces left out, its status is told with F1 {status.score:.2f}, its switching with "
-            f"{status.event_score:.2f}; add a boundary sweep: a piece that slowly crosses the border of where "
-            f"{edge.parent} acts on {edge.child}, in each direction"
+            f"{edge.name}: when it is active is not predicted well on pieces that were left out (F1 "
+            f"{status.score:.2f}; {status.event_score:.2f} for the moments at which it switches); add pieces in which "
+            f"{edge.parent} starts and stops to act on {edge.child}, slowly if it can, and under other conditions"
         )
     if not learned.effects:
         out.append(

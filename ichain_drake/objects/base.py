@@ -228,9 +228,9 @@ class WorldObject(LeafSystem):
         return np.array(stepped, dtype=float)  # a step may return the state it was given, which belongs to the context
 
     def _initialize(self, context: Context, state: State) -> None:
-        """Modes as they are at the start: an event of t = 0 would come too late for whoever reads them before it.
+        """Decide at initialization which interactions are active, so that outputs are right before the first event.
 
-        The sensor also gets a first value to hold, for a drop-out that begins at t = 0.
+        The sensor takes its first reading, which it holds if a drop-out begins at t = 0.
         """
         self._decide(context, state, advance=False)
         discrete = state.get_mutable_discrete_state()

@@ -52,7 +52,8 @@ class ScriptedPiece(Generic[StartT]):
         shape = np.shape(self.commands)
         if len(shape) != 2 or not shape[0] or shape[1] != len(hand):  # noqa: PLR2004 - ticks and variables
             raise InputError(
-                f"piece {self.name}: its commands have shape {shape}; give a row a tick of {', '.join(hand.names)}"
+                f"piece {self.name}: its commands have shape {shape}; give an array with one row for each tick and "
+                f"{len(hand)} columns: {', '.join(hand.names)}"
             )
         if not np.isfinite(self.commands).all():
             raise InputError(f"piece {self.name}: a command is not finite in row {_first_bad(self.commands)}")

@@ -5,20 +5,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from pydrake.systems.framework import Diagram
 
 from ichain_drake.errors import InputError
+from ichain_drake.graph import InteractionGraph
 from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME
 from ichain_drake.visualization import Axis, Button, Camera
 from ichain_drake.world.world import World
-
-if TYPE_CHECKING:
-    from ichain_drake.scenarios.base import Scenario
 
 _SPEED = {"m": 0.15, "rad": 0.8}  # of a hand that is moved by axes
 
@@ -107,6 +105,18 @@ class HandSeat(Seat):
         return changed
 
 
+class Drivable(Protocol):
+    """What a seat asks of a scenario, which every `Scenario` offers."""
+
+    graph: InteractionGraph
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    def drawings(self) -> Mapping[str, Any]: ...  # noqa: D102
+    def drawn_plant(self) -> Diagram | None: ...  # noqa: D102
+    def seats(self) -> Mapping[str, Seat]: ...  # noqa: D102
+
+
 # Keys for moves along x, y, z of the robot's frame (x away from the robot, y to its left), and for turns about them.
 _MOVES: dict[str, tuple[tuple[str, str], tuple[str, str], int | None, float]] = {
     "x": (("ArrowDown", "ArrowUp"), ("back", "forward"), 1, -1.0),
@@ -128,7 +138,7 @@ def _axis(name: str, space: StateSpace, index: int) -> Axis:
     return Axis(name, *known[role.axis])
 
 
-def hand_seat(scenario: Scenario, world: Callable[[int], tuple[World, Prepare]]) -> HandSeat:
+def hand_seat(scenario: Drivable, world: Callable[[int], tuple[World, Prepare]]) -> HandSeat:
     """The hand itself, variable by variable, in the scenario's physics.
 
     Args:
@@ -151,7 +161,7 @@ def hand_seat(scenario: Scenario, world: Callable[[int], tuple[World, Prepare]])
 
 
 def place_seat(
-    scenario: Scenario,
+    scenario: Drivable,
     world: Callable[[int], tuple[World, Prepare]],
     lower: FloatArray,
     upper: FloatArray,
@@ -186,7 +196,7 @@ def place_seat(
     )
 
 
-def choose_seat(scenario: Scenario, name: str = "") -> Seat:
+def choose_seat(scenario: Drivable, name: str = "") -> Seat:
     """The seat of a name, or a scenario's first.
 
     Raises:

@@ -91,7 +91,7 @@ class Episode:
     ) -> None:
         self.world = world
         self.path, self.followed = path, followed
-        self._seen_by: Watcher | None = None
+        self._seen_by: Watcher[Episode] | None = None
         builder = DiagramBuilder()
         builder.AddSystem(world)
         builder.AddSystem(commander)
@@ -141,7 +141,7 @@ class Episode:
         with deferred_interrupt() as pressed:
             return self._run(start, ticks, stop, pressed)
 
-    def _advance(self, tick: int, watcher: Watcher | None) -> None:
+    def _advance(self, tick: int, watcher: Watcher[Episode] | None) -> None:
         """To a tick, frame by frame if somebody watches, which gives the same."""
         last = tick * FRAMES_PER_TICK
         # Counted in frames: a number of ticks may end a rounding error before its last frame.

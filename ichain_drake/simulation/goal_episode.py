@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
@@ -9,7 +11,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Memory
 from ichain_drake.control.planning.plan import States
-from ichain_drake.scenarios.goal_scenario import GoalScenario
+from ichain_drake.graph import InteractionGraph
 from ichain_drake.simulation.episode import Episode, Prepare
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME
@@ -17,6 +19,14 @@ from ichain_drake.world.world import World
 
 _PORTS = ("mode", "edge", "skill", "plan_step")
 _LOOK = 4  # ticks of readings that a plan is made from
+
+
+class MakesWorlds(Protocol):
+    """What a look asks of a scenario, which every `GoalScenario` offers."""
+
+    graph: InteractionGraph
+
+    def make_world(self, run: int) -> tuple[World, Prepare]: ...  # noqa: D102
 
 
 class GraphEpisode(Episode):
@@ -48,7 +58,7 @@ class GraphEpisode(Episode):
         return {p: np.array(self._sinks[p].FindLog(self.context).data())[0].copy() for p in _PORTS}
 
 
-def look(scenario: GoalScenario, number: int = 0) -> States:
+def look(scenario: MakesWorlds, number: int = 0) -> States:
     """What is measured at the start of a run, averaged over the ticks that the controller looks too.
 
     Args:

@@ -83,7 +83,10 @@ def _explain(error: BaseException) -> str:
 def _named(module: ModuleType, wanted: str, where: str) -> type[Scenario]:
     kind = getattr(module, wanted, None)
     if not (isinstance(kind, type) and issubclass(kind, Scenario)):
-        raise InputError(f"{where}: {wanted} is no scenario, a class made from GraphScenario or PathScenario, of it")
+        raise InputError(
+            f"{where}: it has no class {wanted} made from GraphScenario or PathScenario; "
+            f"name one that it has, as in {where}:ClassName"
+        )
     return kind
 
 
@@ -97,5 +100,5 @@ def _only(module: ModuleType, where: str) -> type[Scenario]:
     if len(complete) > 1:
         raise InputError(f"{where}: it has several scenarios; say which, as in {where}:{complete[0].__name__}")
     if not own:
-        raise InputError(f"{where}: it has no scenario, a class made from GraphScenario or PathScenario")
+        raise InputError(f"{where}: it has no class made from GraphScenario or PathScenario; name a file that has one")
     return (complete or own)[0]

@@ -53,7 +53,7 @@ def test_the_report(whole, strict_json):
 def test_interrupted_and_gone_on_with_it_is_the_same_table(whole, tmp_path, ichain):
     file = tmp_path / "board.json"
     arguments = [*ONLY, "--trials", "2", "--report", str(file)]
-    status, out, err = interrupt(arguments, "1 of 2", 0.3)
+    status, out, err = interrupt(arguments, at="1 of 2")
     assert status == STATUS, err
     assert errors(err) == ["ichain: interrupted"]
     part = json.loads(file.read_text())

@@ -7,6 +7,8 @@ import sys
 import time
 from pathlib import Path
 
+from patience import PATIENCE, until
+
 GAMEPAD = """
 window.pad = {index: 0, connected: true, id: 'simulated', axes: [0, 0, 0, 0],
   buttons: Array.from({length: 17}, () => ({value: 0, pressed: false}))};
@@ -38,7 +40,7 @@ class Program:
         return self.output.read_text() + self.log.read_text()
 
     def wait(self) -> int:
-        return self.process.wait(timeout=60)
+        return self.process.wait(timeout=PATIENCE)
 
 
 class Person:
@@ -77,14 +79,3 @@ class Person:
 
     def value(self, label: str) -> str:
         return self.status().get("values", {}).get(label, "")
-
-
-def until(condition, seconds: float = 30.0):
-    """Wait for something that is true."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        found = condition()
-        if found:
-            return found
-        time.sleep(0.05)
-    raise AssertionError(f"it did not happen within {seconds} s")

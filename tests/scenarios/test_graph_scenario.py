@@ -68,7 +68,10 @@ def test_pieces_are_recorded_unless_all_is_known() -> None:
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        (np.zeros((3, 2)), r"piece still: its commands have shape \(3, 2\); give a row a tick of x, y, z, yaw"),
+        (
+            np.zeros((3, 2)),
+            r"piece still: its commands have shape \(3, 2\); give an array .* 7 columns: x, y, z, yaw",
+        ),
         (np.zeros((0, 7)), r"piece still: its commands have shape \(0, 7\)"),
         (np.array([[0.0] * 7, [np.nan] * 7]), "piece still: a command is not finite in row 1"),
     ],
@@ -99,6 +102,28 @@ def test_a_fault_meets_runs_but_no_demonstration() -> None:
     assert len(world.system("ball").settings.dropouts) == 1
     next(iter(scenario.record_demonstrations()))
     assert scenario.mishap_seen == Mishap()
+
+
+def test_demonstrations_share_no_noise_with_any_run_of_an_evaluation() -> None:
+    """Whatever keys a world's noise differs: what was learned from has told nothing about what is asked."""
+    scenario = Rolling(physics="ideal", seed=2)
+    shown: list[int] = []
+    build = scenario.build_world
+
+    def noted(start, run, *args, **kwargs):
+        world, prepare = build(start, run, *args, **kwargs)
+        shown.append(world.system("ball").settings.seed)
+        return world, prepare
+
+    scenario.build_world = noted  # type: ignore[method-assign]
+    list(scenario.record_demonstrations())
+    demonstrated = set(shown)
+    assert len(demonstrated) == 1
+    shown.clear()
+    for run in (0, 1, 499):
+        scenario.make_world(run)
+    assert shown == [2000, 2001, 2499]
+    assert not demonstrated & {2000 + run for run in range(500)}
 
 
 def test_what_can_not_be_is_refused() -> None:

@@ -88,10 +88,10 @@ def test_a_file_of_settings_and_a_scenario_that_builds_on_ours(folder: Path) -> 
 @pytest.mark.parametrize(
     ("text", "ending", "message"),
     [
-        ("x = 1", "", "mine.py: it has no scenario, a class made from GraphScenario or PathScenario"),
-        ("x = 1", ":x", "mine.py: x is no scenario, a class made from"),
-        ("x = 1", ":Y", "mine.py: Y is no scenario, a class made from"),
-        ("from ichain_drake.systems import Ship" + "Voyage", "", "mine.py: it has no scenario"),
+        ("x = 1", "", "mine.py: it has no class made from GraphScenario or PathScenario; name a file"),
+        ("x = 1", ":x", "mine.py: it has no class x made from GraphScenario or PathScenario; name one that it has"),
+        ("x = 1", ":Y", "mine.py: it has no class Y made from"),
+        ("from ichain_drake.systems import Ship" + "Voyage", "", "mine.py: it has no class made from"),
         (lazy() + lazy("Other"), "", "mine.py: it has several scenarios; say which, as in .*mine.py:Lazy"),
         (lazy().replace("draw_start", "drwa_start"), "", "mine.py: Lazy lacks draw_start"),
         (lazy().replace('name = "lazy"', ""), "", "mine.py: Lazy needs a name, such as name = 'my_scenario'"),
@@ -116,7 +116,7 @@ def test_a_file_without_one_scenario_is_refused(folder: Path, text: str, ending:
         ("json.py", "json.py: another module is called json; rename the file"),
         ("nowhere.at.all:Kind", "nowhere.at.all: can't be imported: ModuleNotFoundError: No module named 'nowhere'"),
         ("a b:Kind", "'a b' is no module; name your scenario as file.py, file.py:Class or package.module:Class"),
-        ("json:JSONEncoder", "json: JSONEncoder is no scenario"),
+        ("json:JSONEncoder", "json: it has no class JSONEncoder made from"),
     ],
 )
 def test_a_name_that_leads_nowhere_is_refused_in_one_line(

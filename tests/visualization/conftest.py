@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import umsgpack
+from patience import PATIENCE
 from pydrake.geometry import Box, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
@@ -163,14 +164,15 @@ class Browser:
             options.add_argument(flag)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(chromedriver))
-        self.driver.set_script_timeout(60)
+        self.driver.set_script_timeout(PATIENCE)
+        self.driver.set_page_load_timeout(PATIENCE)
 
     def open(self, address: str) -> None:
         from selenium.webdriver.support.ui import WebDriverWait  # noqa: PLC0415
 
         self.driver.get("about:blank")
         self.driver.get(address)
-        WebDriverWait(self.driver, 60, 0.05).until(
+        WebDriverWait(self.driver, PATIENCE, 0.05).until(
             lambda _: self.js("return typeof ichain == 'object' && ichain.ready")
         )
 

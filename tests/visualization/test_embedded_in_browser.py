@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from patience import PATIENCE
+
 from ichain_drake import PlaybackPage
 
 
@@ -19,7 +21,7 @@ def test_a_playback_runs_in_a_notebook_frame(browser, page: Path, tmp_path: Path
     driver.switch_to.frame(frame)
     try:
         ready = "return typeof ichain == 'object' && ichain.ready"
-        WebDriverWait(driver, 60, 0.05).until(lambda _: browser.js(ready))
+        WebDriverWait(driver, PATIENCE, 0.05).until(lambda _: browser.js(ready))
         browser.seek(3.0)
         assert "test_game" in browser.hud()
         assert "5.00" in browser.hud(), "the first episode starts at 2 s of simulated time"

@@ -4,7 +4,8 @@ import json
 import time
 
 import pytest
-from teaching_person import Person, Program, until
+from patience import until
+from teaching_person import Person, Program
 
 SLIDER = "viewer.gui_controllers[arguments[0]].setValue(arguments[1])"
 
@@ -28,7 +29,7 @@ def stopped(browser, tmp_path_factory):
         until(lambda: browser.js("return viewer.gui_controllers['push car x [px]'].getValue()") == 0)
         seen["after"] = sprite(browser)
         person.leave()
-        time.sleep(1.0)
+        time.sleep(1.0)  # nobody looks for a while; nothing is to happen
         assert program.process.poll() is None
         person.look()
         until(lambda: person.value("noise scale") == "0.5")

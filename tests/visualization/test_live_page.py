@@ -6,6 +6,7 @@ import urllib.error
 import urllib.request
 
 import pytest
+from patience import PATIENCE
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from ichain_drake.errors import IchainError
@@ -26,7 +27,7 @@ def page(meshcat):
 
 
 def fetch(address):
-    with urllib.request.build_opener(urllib.request.ProxyHandler({})).open(address, timeout=5) as reply:
+    with urllib.request.build_opener(urllib.request.ProxyHandler({})).open(address, timeout=PATIENCE) as reply:
         return reply.read().decode(errors="replace")
 
 

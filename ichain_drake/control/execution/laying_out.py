@@ -82,13 +82,13 @@ def indices(
 
 
 def carry_tasks(model: GraphModel, edge: Interaction, target: Mapping[int, float], *, place_first: bool) -> list[Task]:
-    """Carrying in two parts: what is turned is turned at the place where that is wanted, not on the way.
+    """Tasks that carry an object: its place and its orientation change one after the other, not at once.
 
     Args:
         model: the learned graph.
         edge: from the robot to what is carried.
         target: wanted values by the index of the variable.
-        place_first: whether to turn at the place of arrival, else where it is.
+        place_first: whether it is brought to its place first and turned there, or turned first where it is.
     """
     space = model.graph.objects[edge.child].observable
     place = {i for i in target if (r := space.variables[i].role) is not None and r.kind == "position"}

@@ -122,8 +122,8 @@ def _counterpart(
     rivals = [e for e in graph.interactions if any(_fits(a, e, theirs, graph) for a in alike)]
     if len(alike) > 1 or len(rivals) > 1:
         raise InputError(
-            f"{folder}: {', '.join(e.name for e in alike)} may be any of {', '.join(e.name for e in rivals)}; "
-            "objects of the same names would tell"
+            f"{folder}: {', '.join(e.name for e in alike)} may be any of {', '.join(e.name for e in rivals)}, "
+            "which have the same types; give objects here the names that they have in the library"
         )
     return alike[0]
 

@@ -48,6 +48,11 @@ class Knowledge:
         return self.parts.robot_seconds.get(edge, self.robot_seconds)
 
 
+def make_planner(model: InteractionModel) -> GraphPlanner:
+    """The planner of every run towards a goal, for what was learned or loaded: the one place to put in another."""
+    return GraphPlanner(model)
+
+
 def learn_graph(
     pieces: Sequence[Demonstration],
     graph: InteractionGraph,
@@ -73,7 +78,7 @@ def learn_graph(
         seconds = sum((len(p) - 1) * TICK for p in pieces)
         before = Skills(parts.activations, parts.deactivations)
         skills = learn_skills(model, pieces, own_skills, before)
-        return Knowledge(model, skills, GraphPlanner(model), robot_seconds=seconds, parts=parts)
+        return Knowledge(model, skills, make_planner(model), robot_seconds=seconds, parts=parts)
 
 
 def learn_rest(

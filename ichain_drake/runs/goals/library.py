@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ichain_drake.control.planning.planner import GraphPlanner
 from ichain_drake.control.planning.skills import SkillFunction, Skills
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.library import KnownGraph, LibraryParts, load_fitting, load_graph, save_graph
-from ichain_drake.runs.goals.knowledge import Knowledge
+from ichain_drake.runs.goals.knowledge import Knowledge, make_planner
 from ichain_drake.runs.provenance import data_hash
 
 
@@ -85,4 +84,4 @@ def _knowledge(
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
 ) -> Knowledge:
     skills = Skills(known.activations, known.deactivations, dict(own_skills or {}))
-    return Knowledge(known.model, skills, GraphPlanner(known.model), str(library), known.robot_seconds)
+    return Knowledge(known.model, skills, make_planner(known.model), str(library), known.robot_seconds)

@@ -108,6 +108,31 @@ def test_levels_of_both_kinds_keep_their_own_memory() -> None:
     assert memory[0, 0] == 1.0
 
 
+class PlansAhead:
+    """A level that wants its parent at 1, 2 and 3 in the three coming ticks, times `factor`."""
+
+    memory_size, lookahead = 0, 3
+
+    def __init__(self, factor: float) -> None:
+        self.factor = factor
+        self.seen: list[np.ndarray] = []
+
+    def decide(self, child, parent, wanted, memory):
+        self.seen.append(wanted.copy())
+        return self.factor * np.arange(1.0, 4.0).reshape(1, 3, 1) * np.ones((1, 3, 2)), memory
+
+
+def test_of_a_plan_the_next_tick_is_commanded_and_reported_and_all_of_it_is_handed_down() -> None:
+    lower, upper = PlansAhead(0.1), PlansAhead(0.01)
+    robot = RobotLevel(TWO, np.full(2, 9.0), None, np.full(2, -9.0), np.full(2, 9.0))
+    command, _, reported = MoveTo((lower, upper), robot).decide(
+        [np.zeros((1, 2))] * 3, np.ones((1, 3, 2)), np.zeros((1, 0))
+    )
+    np.testing.assert_allclose(command, 0.1)
+    np.testing.assert_allclose(reported, [np.full((1, 2), 0.1), np.full((1, 2), 0.01)])
+    np.testing.assert_allclose(lower.seen[0][0, :, 0], [0.01, 0.02, 0.03])
+
+
 def test_the_number_of_states_must_fit() -> None:
     of = policy(learned(2), "inverse")
     with pytest.raises(InputError, match="3 states given for a chain of 2 objects"):

@@ -29,6 +29,17 @@ def test_faces_are_found(fitted: tuple[BoxClassifier, np.ndarray]) -> None:
     assert np.mean(box.predict(x) == ((np.abs(x[:, 0]) < 0.5) & (x[:, 1] > -1))) > 0.99
 
 
+def test_a_face_is_near_the_middle_of_a_gap_without_samples() -> None:
+    """Nothing is known inside the gap; what is close to either side belongs to that side."""
+    rng = np.random.default_rng(3)
+    active, beside = rng.uniform(-1.0, 1.0, (300, 1)), rng.uniform(1.2, 3.0, (300, 1))
+    x = np.vstack([active, [[1.0], [1.2]], beside, -beside, [[-1.0], [-1.2]]])
+    y = np.abs(x[:, 0]) < 1.1
+    box = BoxClassifier().fit(x, y)
+    np.testing.assert_array_equal(box.predict([[1.05], [-1.05]]), True)
+    np.testing.assert_array_equal(box.predict([[1.15], [-1.15]]), False)
+
+
 def test_a_few_wrong_labels_move_no_face() -> None:
     rng = np.random.default_rng(1)
     x = rng.uniform(-2, 2, (600, 2))

@@ -2,10 +2,12 @@
 
 import json
 
+import numpy as np
 import pytest
-from lamp import LampScenario
+from lamp import Lamp, LampScenario, Slider
 
 import ichain_drake as ic
+from ichain_drake.control.execution.tasks import Mode
 
 
 @pytest.fixture(scope="module")
@@ -45,3 +47,45 @@ def test_brighter_than_bright_is_refused(knowledge: ic.Knowledge) -> None:
     report = run(knowledge, "lamp.light >= 1.5")
     assert not report["goal_reached"]
     assert "lamp.light goes from 0 to 1 and is bounded there" in report["reason"]
+
+
+class Optimistic(Lamp):
+    """Its sensor shows more light than there is."""
+
+    def measure(self, state, noise):
+        return np.clip(state + 0.3 + 0.005 * noise, 0.0, 1.0)
+
+
+class Sticky(Slider):
+    """Once taken it goes along with an open hand, too."""
+
+    def decide_active(self, state, parents, active, touch):
+        return {"hand": active["hand"] or super().decide_active(state, parents, active, touch)["hand"]}
+
+
+class WithOptimist(LampScenario):
+    kinds = {**LampScenario.kinds, "lamp": Optimistic}
+
+
+class WithSticky(LampScenario):
+    kinds = {**LampScenario.kinds, "dimmer": Sticky}
+
+
+@pytest.mark.parametrize(
+    ("scenario", "goal", "reason"),
+    [
+        (WithOptimist, ["lamp.light >= 0.2"], "lamp.light >= 0.2 is not true: it is 0"),
+        (WithSticky, ["lamp.light >= 0.5", "not hand->dimmer"], "hand->dimmer is still active"),
+    ],
+)
+def test_a_goal_is_judged_in_truth_whatever_sensors_and_models_say(
+    knowledge: ic.Knowledge, scenario: type[LampScenario], goal: list[str], reason: str
+) -> None:
+    ran = ic.GraphRun(scenario(), goal)
+    ic.run_graph(ran, knowledge=knowledge)
+    assert ran.memory is not None
+    assert ran.memory.mode == Mode.REACHED, "the controller believes it"
+    report = ran.report()
+    assert not report["goal_reached"]
+    assert report["reason"].startswith(f"taken as reached, but {reason}")
+    assert report["metrics"]["failure_cause"] == "misjudged"

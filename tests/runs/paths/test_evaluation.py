@@ -1,12 +1,21 @@
 """Evaluation: a table made of rows, and nobody sees more samples than the table says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.runs.paths.evaluation import METHODS, check_evaluation, evaluate_paths, shorten
+from ichain_drake.runs.paths.evaluation import (
+    METHODS,
+    Variant,
+    check_evaluation,
+    evaluate_paths,
+    learn_variant,
+    shorten,
+)
 from ichain_drake.runs.paths.summary import summarise
 from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
@@ -88,3 +97,28 @@ def test_a_seed_that_raises_has_rows_with_the_reason():
     assert {(r["method"], r["samples"]) for r in found["rows"]} == {("default", 100), ("oracle", 0)}
     assert not any(r["success"] for r in found["rows"])
     assert {(line["seeds"], line["completed"]) for line in found["table"]} == {("3-4", 0)}
+
+
+def test_nothing_beyond_the_samples_of_a_row_is_used_for_it() -> None:
+    """Not for models, command map, limits or validation: what comes later in a piece may be anything."""
+    settings = ["learning.samples=150", "learning.estimator=polynomial(degree=2)", "control.efforts=[0.05]"]
+    scenario = load_scenario("car_game", settings, "ideal", 0)
+    pieces = list(scenario.record_demonstrations())
+    variant = Variant("default", "predictive", 50)
+    later = []
+    for piece in pieces:
+        table = piece.table.copy()
+        after = len(shorten(piece, 50).table)
+        assert len(table) - after > 90
+        numbers = [c for c in table.columns if c != "time" and "->" not in c]
+        table.loc[table.index[after:], numbers] *= 0.5
+        later.append(replace(piece, table=table))
+    found = [learn_variant(scenario, variant, shown) for shown in (pieces, later)]
+    (first, control), (second, other) = found
+    assert control.options == other.options
+    for name in ("hand_limit", "command_lower", "command_upper"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+    for one, same in zip(first.links, second.links, strict=True):
+        np.testing.assert_array_equal(one.child_limit, same.child_limit)
+        for key, array in one.forward.model.frozen.arrays().items():
+            np.testing.assert_array_equal(array, same.forward.model.frozen.arrays()[key])

@@ -45,14 +45,17 @@ def test_its_slopes_are_those_of_its_predictions():
     model = TrueTickModel(WorldReference(scenario.graph, world.objects, straight_frames), names, sizes)
     child = np.array([[0.1, 0.1, 0.2, 0.2, 300.0, 300.0, 0.3, 40.0, 0.1, 0.5]])
     hand, command = np.array([[0.51, 0.005]]), np.array([[0.52, -0.01]])
-    after, by_child, by_parent, by_next = model.linearize(child, hand, command)
+    after, *slopes = model.linearize(child, hand, command)
     np.testing.assert_allclose(after, model.predict(child, hand, command))
-    step = 1e-6
-    for k in range(2):
-        d = step * np.eye(2)[k]
-        numeric = (model.predict(child, hand, command + d) - model.predict(child, hand, command - d)) / (2 * step)
-        np.testing.assert_allclose(by_next[0, :, k], numeric[0], rtol=1e-2, atol=1e-2 * np.abs(by_next).max())
-    assert by_child.shape == (1, 10, 10) and by_parent.shape == (1, 10, 2)
+    step, inputs = 1e-6, [child, hand, command]
+    for which, slope in enumerate(slopes):
+        numeric = np.empty_like(slope)
+        for k in range(slope.shape[2]):
+            more, less = ([*inputs], [*inputs])
+            more[which], less[which] = (inputs[which] + sign * step * np.eye(slope.shape[2])[k] for sign in (1, -1))
+            numeric[:, :, k] = (model.predict(*more) - model.predict(*less)) / (2 * step)
+        assert np.abs(numeric).max() > 1e-3, "each input matters"
+        np.testing.assert_allclose(slope, numeric, rtol=1e-2, atol=1e-2 * np.abs(numeric).max())
 
 
 def test_a_hand_that_has_far_to_go_takes_longer():

@@ -1,0 +1,69 @@
+"""What is remembered of things that the robot took and let go of."""
+
+import numpy as np
+import pytest
+from small_job import fresh, learned, readings
+
+from ichain_drake.control.execution.carried import Carried
+from ichain_drake.graph import Interaction
+
+TAKE = Interaction("hand", "box")
+THERE = readings(fresh())["box"]
+ROOT = np.array([0.2, 0.1, 0.0, 1.0])
+
+
+def off_by(share: float, variable: str = "x") -> dict[str, np.ndarray]:
+    """States in which the box is off by a share of the demonstrated range of one of its variables."""
+    model, _, _ = learned()
+    i, box = model.graph.objects["box"].index(variable), THERE.copy()
+    box[i] += share * (model.high["box"][i] - model.low["box"][i])
+    return {**readings(fresh()), "box": box}
+
+
+def test_taken_followed_let_go_and_settled() -> None:
+    nothing = Carried()
+    assert (nothing.held, nothing.following, nothing.ticks) == (None, "", 0)
+    held = nothing.taken("box", THERE)
+    assert (held.held, held.origin, held.following) == ("box", tuple(THERE), "")
+    assert held.taken("box", THERE + 1.0) is held, "taken once"
+    seen = held.watched(True)
+    assert (seen.following, seen.ticks) == ("box", 1)
+    assert seen.watched(None).following == "box", "where nothing moves, what was seen last holds"
+    assert (seen.watched(None).ticks, seen.watched(False).following) == (2, "")
+    put = seen.let_go(ROOT)
+    assert (put.held, put.following, put.origin) == (None, "", ())
+    np.testing.assert_array_equal(put.left["box"], ROOT)
+    assert put.seen == {}
+    np.testing.assert_array_equal(put.settled("box", THERE).seen["box"], THERE)
+    assert put.settled("tap", THERE) is put, "never held"
+    again = put.settled("box", THERE).taken("box", THERE)
+    assert (again.left, again.seen) == ({}, {}), "in the hand it stands nowhere"
+
+
+def test_what_slipped_was_not_let_go_of() -> None:
+    lost = Carried().taken("box", THERE).slipped()
+    assert (lost.held, lost.left) == (None, {})
+
+
+@pytest.mark.parametrize(("away", "stands"), [(0.0, True), (0.04, True), (-0.04, True), (0.07, False), (-0.07, False)])
+def test_a_thing_stands_where_it_was_let_go_of_until_it_is_seen_to_have_moved(away: float, stands: bool) -> None:
+    """A twentieth of the demonstrated range."""
+    model, _, _ = learned()
+    put = Carried().taken("box", THERE).let_go(ROOT)
+    assert list(put.standing(model, off_by(0.9))) == ["box"], "nothing was measured since: believed"
+    put, held = put.settled("box", THERE), Carried().taken("box", THERE)
+    for variable in "xyz":
+        assert (list(put.standing(model, off_by(away, variable))) == ["box"]) == stands
+        assert held.stayed(model, off_by(away, variable)) == stands
+    assert held.stayed(model, off_by(0.8, "water")), "what it holds says nothing about where it is"
+    assert not Carried().stayed(model, off_by(0.0))
+
+
+def test_in_the_air_is_where_nothing_was_ever_put() -> None:
+    model, _, _ = learned()
+    held, now = Carried().taken("box", THERE), off_by(0.0)
+    assert held.in_the_air(model, TAKE, off_by(0.4, "z"))
+    assert not held.in_the_air(model, TAKE, now), "where it was taken"
+    for place in model.edges[TAKE].examples.deactivations.after["box"]:
+        assert not held.in_the_air(model, TAKE, {**now, "box": place}), "where it was let go of in a demonstration"
+    assert not Carried().in_the_air(model, TAKE, off_by(0.4, "z"))

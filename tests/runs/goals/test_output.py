@@ -1,0 +1,101 @@
+"""What a playback says of a run towards a goal, frame by frame, from a log that is made up."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from lamp import LampScenario
+
+import ichain_drake as ic
+from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.plan import Condition, Goal
+from ichain_drake.graph import Interaction
+from ichain_drake.runs.goals.output import (
+    flags_of,
+    make_graph_recording,
+    write_graph_pictures,
+    write_graph_recording,
+)
+from ichain_drake.simulation.episode import EpisodeLog
+
+FRAMES = 4
+GOAL = Goal(
+    (Condition("lamp", "light", 0.5, np.inf), Condition("dimmer", "x", 0.4, 0.5)), (Interaction("hand", "dimmer"),)
+)
+
+
+@pytest.fixture
+def run() -> ic.GraphRun:
+    """The dimmer is right from the second frame on, let go of in the third, the lamp bright in the last."""
+    ran = ic.GraphRun(LampScenario(), ["lamp.light >= 0.5"])
+    graph = LampScenario.graph
+    states = {n: np.zeros((FRAMES, len(space))) for n, space in graph.objects.items()}
+    states["lamp"][:, 0] = [0.0, 0.2, 0.4, 0.6]
+    states["dimmer"][:, 0] = [0.35, 0.45, 0.45, 0.45]
+    readings = {n: np.full((FRAMES, len(space.observable)), 9.0) for n, space in graph.objects.items()}
+    active = {n: np.zeros((FRAMES, len(graph.parents(n)))) for n in graph.objects if graph.parents(n)}
+    active["dimmer"][:2, 0] = 1.0
+    active["lamp"][:, graph.parents("lamp").index("switch")] = [0, 1, 1, 0]
+    ran.log = EpisodeLog(np.arange(FRAMES) / 30, states, readings, active, np.zeros((FRAMES, 3)))
+    ran.goal = GOAL
+    edge = graph.interactions.index(Interaction("hand", "switch"))
+    ran.doing = {
+        "mode": np.array([Mode.LOOK, Mode.ACTIVATE, Mode.DEACTIVATE, Mode.REACHED], dtype=float),
+        "edge": np.array([-1, 0, edge, -1], dtype=float),
+        "skill": np.array([0, 1, 2, 0], dtype=float),
+        "plan_step": np.array([-1, 0, 1, -1], dtype=float),
+    }
+    return ran
+
+
+def shown(run: ic.GraphRun) -> dict[str, list]:
+    (episode,) = make_graph_recording(run).episodes
+    return {name: list(readout.values) for name, readout in episode.readouts.items()}
+
+
+def test_what_the_controller_does_is_said_in_words(run: ic.GraphRun) -> None:
+    says = shown(run)
+    assert says["interaction"] == ["-", LampScenario.graph.interactions[0].name, "hand->switch", "-"]
+    assert says["skill"] == ["-", "activate", "deactivate", "-"]
+    assert says["plan step"] == ["-", "1", "2", "-"]
+    assert says["controller"][1:] == ["activates", "deactivates", "goal reached"]
+
+
+def test_conditions_are_counted_in_truth(run: ic.GraphRun) -> None:
+    """Readings, which are 9 here, have no say; each of three conditions comes true in a frame of its own."""
+    says = shown(run)
+    assert says["goal"] == ["0 of 3 met", "1 of 3 met", "2 of 3 met", "3 of 3 met"]
+    assert says["error"] == ["lamp.light: 0.500", "lamp.light: 0.300", "lamp.light: 0.100", "none"]
+
+
+def test_the_error_is_of_the_condition_that_has_most_of_its_way_left(run: ic.GraphRun) -> None:
+    run.goal = Goal((GOAL.conditions[1], Condition("lamp", "light", 0.0, np.inf)))
+    assert shown(run)["error"] == ["dimmer.x: 0.050 m", "none", "none", "none"]
+    run.goal = Goal((Condition("lamp", "light", -np.inf, 0.3), Condition("dimmer", "x", 0.4, 0.5)))
+    assert shown(run)["error"] == ["dimmer.x: 0.050 m", "none", "lamp.light: 0.100", "lamp.light: 0.300"]
+
+
+def test_strips_show_what_the_goal_names_with_its_range(run: ic.GraphRun) -> None:
+    (episode,) = make_graph_recording(run).episodes
+    assert list(episode.strips) == ["lamp.light \u2265 0.5", "dimmer.x from 0.400 to 0.500"]
+    light, place = episode.strips.values()
+    np.testing.assert_array_equal(light.values, [0.0, 0.2, 0.4, 0.6])
+    np.testing.assert_array_equal(place.values, [0.35, 0.45, 0.45, 0.45])
+
+
+def test_flags_are_the_truth_of_each_interaction(run: ic.GraphRun) -> None:
+    assert run.log is not None
+    flags = flags_of(run.log, LampScenario.graph)
+    assert {name: list(on.astype(int)) for name, on in flags.items()} == {
+        "hand->dimmer": [1, 1, 0, 0], "hand->switch": [0, 0, 0, 0], "dimmer->lamp": [0, 0, 0, 0],
+        "switch->lamp": [0, 1, 1, 0],
+    }  # fmt: skip
+
+
+def test_a_run_that_logged_nothing_has_no_recording(tmp_path: Path) -> None:
+    ran = ic.GraphRun(LampScenario(), ["lamp.light >= 0.5"])
+    with pytest.raises(ic.InputError, match="recording of lamp: it has no episodes; record one first"):
+        make_graph_recording(ran)
+    assert write_graph_recording(ran, tmp_path / "playback.html") == []
+    assert write_graph_pictures(ran, tmp_path) == []
+    assert list(tmp_path.iterdir()) == []
