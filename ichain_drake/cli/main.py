@@ -46,7 +46,7 @@ def list_scenarios() -> None:
 @click.argument("more", nargs=-1, metavar="")
 @click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
-@options("library")
+@options("resample", "library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
 @options("report", "output")
 @click.option("--oracle/--no-oracle", default=True, show_default=True, help="also run the oracle, for comparison")
@@ -62,6 +62,7 @@ def run(
     more: tuple[str, ...],
     goal: tuple[str, ...],
     demos: Path | None,
+    resample: bool,
     library: Path | None,
     record: Path | None,
     report: str | None,
@@ -88,12 +89,15 @@ def run(
     if not isinstance(loaded, PathScenario):
         if path is not None or paths:
             raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
-        return run_goal_scenario(loaded, files, [*goal, *more], demos, library, meshcat=meshcat, realtime=realtime)
+        return run_goal_scenario(
+            loaded, files, [*goal, *more], demos, library, resampled=resample, meshcat=meshcat, realtime=realtime
+        )
     if goal:
         raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
     return run_path_scenario(
-        loaded, files, path, [*paths, *more], demos, library, oracle=oracle, meshcat=meshcat, realtime=realtime
-    )
+        loaded, files, path, [*paths, *more], demos, library, oracle=oracle, resampled=resample, meshcat=meshcat,
+        realtime=realtime,
+    )  # fmt: skip
 
 
 @app.command()
@@ -102,7 +106,7 @@ def run(
 @click.argument("more", nargs=-1, metavar="")
 @options("physics", "seed")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
-@options("library", "settings")
+@options("resample", "library", "settings")
 def plan(
     scenario: str,
     goal: tuple[str, ...],
@@ -110,6 +114,7 @@ def plan(
     physics: str,
     seed: int,
     demos: Path | None,
+    resample: bool,
     library: Path | None,
     settings: tuple[str, ...],
 ) -> int:
@@ -120,7 +125,7 @@ def plan(
     loaded = scenario_named(scenario, settings, physics, seed)
     if isinstance(loaded, PathScenario):
         raise IchainError(f"{scenario} follows paths; `ichain plan` is for scenarios with a goal")
-    return print_plan(loaded, [*goal, *more], demos, library)
+    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample)
 
 
 @app.command()

@@ -21,6 +21,9 @@ def options(*names: str) -> Callable[[FunctionT], FunctionT]:
         "settings": click.option("--set", "settings", metavar="KEY=VALUE", multiple=True, help="change a setting"),
         "report": click.option("--report", metavar="FILE", help="report as JSON; - for stdout"),
         "output": click.option("-o", "--output", type=PATH, metavar="DIR", help="folder for what is written"),
+        "resample": click.option(
+            "--resample", is_flag=True, help="take demonstrations of another rate, or with gaps, to 3 Hz"
+        ),
         "library": click.option("--library", type=PATH, metavar="DIR", help="a library of learned interactions"),
     }
 

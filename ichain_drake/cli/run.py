@@ -17,6 +17,7 @@ from ichain_drake.cli.live import shown_live
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import write_drawing
 from ichain_drake.runs.paths.choice import choose_paths
+from ichain_drake.runs.paths.demonstrations import read_for
 from ichain_drake.runs.paths.output import (
     prepare_file,
     prepare_folder,
@@ -73,6 +74,7 @@ def run_path_scenario(
     library: Path | None,
     *,
     oracle: bool,
+    resampled: bool = False,
     meshcat: bool = False,
     realtime: bool = False,
 ) -> int:
@@ -105,6 +107,7 @@ def run_path_scenario(
                 known=known,
                 known_command=command,
                 oracle=oracle,
+                resampled=resampled,
                 progress=tell,
             )
         except KeyboardInterrupt:
@@ -153,20 +156,19 @@ def _print_results(run: PathRun, written: list[Path]) -> None:
         print(f"written: {file}")
 
 
-def learn_library(scenario: PathScenario, demos: Path, library: Path) -> None:
+def learn_library(scenario: PathScenario, demos: Path, library: Path, *, resampled: bool = False) -> None:
     """`ichain learn`: learn all links from demonstrations and save them.
 
     Raises:
         InputError: on bad demonstrations, or a library that can't be written.
     """
-    from ichain_drake.demonstrations import read_demonstrations
     from ichain_drake.learning.chain.chain import learn_chain
     from ichain_drake.learning.library import save_chain
 
     check_settings(scenario)
-    pieces = read_demonstrations(demos, scenario.graph)
-    prepare_folder(library)
     with Reporter() as say:
+        pieces = read_for(scenario, demos, resampled=resampled, say=say.note)
+        prepare_folder(library)
         seconds = recorded_seconds(pieces, scenario.graph)
         candidates = scenario.config.learning.candidates()
         with threadpool_limits(limits=1):  # as in a run, so that the same demonstrations give the same models

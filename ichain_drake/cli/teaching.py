@@ -67,15 +67,16 @@ def teach(
 @options("scenario")
 @click.option("--demos", type=PATH, metavar="DIR", required=True, help="folder of demonstrations")
 @click.option("-o", "--output", type=PATH, metavar="LIBRARY", required=True, help="folder for what is learned")
-@options("settings")
-def learn(scenario: str, demos: Path, output: Path, settings: tuple[str, ...]) -> None:
+@options("resample", "settings")
+def learn(scenario: str, demos: Path, output: Path, resample: bool, settings: tuple[str, ...]) -> None:
     """Learn a scenario's links, or its whole graph, from demonstrations and save them as a library."""
     from ichain_drake.cli.graph import learn_graph_library
     from ichain_drake.cli.run import learn_library
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, "ideal", 0)
-    (learn_library if isinstance(loaded, PathScenario) else learn_graph_library)(loaded, demos, output)
+    learned_by = learn_library if isinstance(loaded, PathScenario) else learn_graph_library
+    learned_by(loaded, demos, output, resampled=resample)
 
 
 @click.command()

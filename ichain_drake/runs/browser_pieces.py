@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from ichain_drake.demonstrations import Demonstration, write_demonstrations
+from ichain_drake.files import write_whole
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.scenarios.seats import Seat
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.recorder import part_of, tabulate
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK
-from ichain_drake.visualization.output import write_whole
 
 
 @dataclass

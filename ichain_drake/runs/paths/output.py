@@ -11,10 +11,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import write_whole
 from ichain_drake.runs.paths.result import PathResult, PathRun
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import Episode, Readout, Recording, Strip, plot_paths, write_playback
-from ichain_drake.visualization.output import write_whole
 
 
 def prepare_folder(folder: Path) -> None:
