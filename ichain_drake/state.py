@@ -69,8 +69,8 @@ class Variable:
         if self.kind == "angle" and self.unit not in ("rad", "1"):
             raise InputError(
                 f"variable {self.name}: an angle wraps at +-pi rad, so it can't be in {self.unit}; declare "
-                f'Variable("{self.name}", "rad", -math.pi, math.pi, kind="angle"), and say [{self.unit}] in the tables\' '
-                "headers: they are converted"
+                f"Variable({self.name!r}, 'rad', -math.pi, math.pi, kind='angle'), and "
+                f"say [{self.unit}] in the headers of tables: they are converted"
             )
 
 

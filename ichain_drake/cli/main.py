@@ -13,6 +13,7 @@ from pathlib import Path
 
 import click
 
+from ichain_drake.cli.check import check
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError
@@ -24,7 +25,7 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, relearn):
+for _command in (teach, learn, relearn, check):
     app.add_command(_command)
 
 

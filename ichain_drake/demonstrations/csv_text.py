@@ -28,7 +28,8 @@ _WORDS = {"true": 1.0, "false": 0.0, "": np.nan, "nan": np.nan, "na": np.nan, "n
 _INFINITE = {"inf", "+inf", "-inf", "infinity", "+infinity", "-infinity"}
 _PACKED = {
     b"PK\x03\x04": "a zip archive (or a spreadsheet)", b"\xfd7zXZ": "an xz archive",
-    b"\x28\xb5\x2f\xfd": "a zstd archive", b"BZh": "a bzip2 archive", b"PAR1": "Parquet", b"\x89HDF": "HDF5", b"\x7fELF": "a program",
+    b"\x28\xb5\x2f\xfd": "a zstd archive", b"BZh": "a bzip2 archive",
+    b"PAR1": "Parquet", b"\x89HDF": "HDF5", b"\x7fELF": "a program",
 }  # fmt: skip
 _BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 
