@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import secrets
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from ichain_drake.errors import InputError
@@ -121,3 +124,43 @@ def _name_anew(part: Path, file: Path) -> None:
     except OSError:  # a file system without links
         os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
         part.replace(file)
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Keep other processes of this library from writing into a folder meanwhile; the system lets go if this one dies.
+
+    Raises:
+        InputError: if another one holds it, or it can't be opened.
+    """
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder}: can't be opened ({reason_of(error)}); give a writable folder") from None
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(f"{folder}: another run writes there now; wait for it, or give another folder") from None
+        except OSError:  # a file system without locks
+            pass
+        yield
+    finally:
+        os.close(handle)
+
+
+def real_path(path: Path) -> Path:
+    """Where a path leads; itself where that can't be told (a loop of links)."""
+    try:
+        return path.resolve()
+    except (OSError, ValueError, RuntimeError):
+        return path
+
+
+def unused_folder(folder: Path) -> Path:
+    """A folder of this name, or with a number behind it, in which nothing is yet; it isn't made."""
+    number, found = 1, folder
+    while found.exists() and (not found.is_dir() or any(found.iterdir())):
+        number += 1
+        found = folder.with_name(f"{folder.name}-{number}")
+    return found

@@ -13,7 +13,7 @@ from ichain_drake.errors import InputError
 
 @click.command()
 @click.argument("demos", type=PATH)
-@click.option("--system", metavar="SCENARIO", default="", help="whose they are; without it, what the tables say is taken")
+@click.option("--system", metavar="SCENARIO", default="", help="whose they are; default: what the tables say")
 @options("resample", "report")
 @click.option("--page", type=PATH, metavar="FILE.html", help="the same as a page")
 def check(demos: Path, system: str, resample: bool, report: str | None, page: Path | None) -> int:

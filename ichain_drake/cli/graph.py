@@ -16,6 +16,7 @@ from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.errors import InputError
+from ichain_drake.files import held
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import read_pieces
 from ichain_drake.learning.library import LibraryParts
@@ -67,12 +68,17 @@ def run_goal_scenario(
     """
     run = GraphRun(scenario, _goal(scenario, expressions))
     graph_spec(scenario.config)  # refuses what is not for it, before anything is written
+    files.check_apart()
     known = _known(scenario, library)
     files.prepare()
     interrupted = False
-    with Reporter() as say, shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell):
+    with (
+        held(files.folder),
+        Reporter() as say,
+        shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell),
+    ):
         try:
-            keep = files.folder / "demonstrations"
+            keep = files.demonstrations
             run_graph(run, demos=demos, keep_demos=keep, knowledge=known, resampled=resampled, progress=tell)
         except KeyboardInterrupt:
             interrupted = True

@@ -16,6 +16,8 @@ from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import StateSpace, Variable
 from ichain_drake.timing import TICK
 
+_UNSEEN = "no piece shows it beginning or ending"
+
 
 def overview(pieces: Sequence[Demonstration], graph: InteractionGraph, refused: Sequence[str] = ()) -> dict[str, Any]:
     """What `ichain check` reports, as plain values for JSON.
@@ -80,7 +82,9 @@ def inferred_graph(pieces: Sequence[Demonstration]) -> InteractionGraph:
             if "->" in name or not variable or "." in variable or obj in ("", COMMAND):
                 continue
             unit = piece.units.get(name, "1")
-            values = np.concatenate([as_numbers(p.table[name]) for p in pieces if list(p.table.columns).count(name) == 1])
+            values = np.concatenate(
+                [as_numbers(p.table[name]) for p in pieces if list(p.table.columns).count(name) == 1]
+            )
             turns = unit in ("rad", "deg", "°")
             kind = "angle" if turns else "binary" if np.isin(values[np.isfinite(values)], (0.0, 1.0)).all() else "real"
             declared = Variable(variable, "rad" if turns else unit, kind=kind)  # type: ignore[arg-type]
@@ -111,7 +115,7 @@ def overview_text(report: dict[str, Any]) -> str:
         )
     for edge, names in report["interactions"].items():
         few = ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
-        lines.append(f"{edge}: {'switches in ' + few if names else 'no piece shows it switching'}")
+        lines.append(f"{edge}: {'switches in ' + few if names else _UNSEEN}")
     lines += [f"refused: {line}" for line in report["refused"]]
     for found in report["findings"]:
         rows = "" if found["rows"] is None else f" rows {found['rows'][0]} to {found['rows'][1]}"
@@ -142,14 +146,14 @@ def overview_page(report: dict[str, Any], title: str) -> bytes:
             share = 0 if a is None else 100 * a["active"]
             body += f'<td class="on" style="--p:{share:.0f}%">{text}</td>'
         body += "</tr>\n"
-    unseen = [e for e, names in report["interactions"].items() if not names]
+    unseen = [f"{e}: {_UNSEEN}" for e, names in report["interactions"].items() if not names]
     odd = [f"refused: {line}" for line in report["refused"]] + [
         f"{f['piece'] or 'all pieces'}{'' if f['rows'] is None else ' rows {} to {}'.format(*f['rows'])}: "
         f"{f['what']}; {f['remedy']}"
         for f in report["findings"]
     ]
-    odd += [f"{e}: no piece shows it switching" for e in unseen]
     listed = "".join(f'<li class="odd">{html.escape(line)}</li>' for line in odd) or "<li>nothing odd was found</li>"
+    listed += "".join(f"<li>{html.escape(line)}</li>" for line in unseen)
     page = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>'
         f"<style>{_STYLE}</style><h1>{html.escape(title)}</h1><ul>{listed}</ul>"
@@ -157,5 +161,3 @@ def overview_page(report: dict[str, Any], title: str) -> bytes:
         f"<table><tr>{head}</tr>\n{body}</table></html>\n"
     )
     return page.encode(errors="backslashreplace")
-
-

@@ -137,6 +137,24 @@ def piece_files(folder: Path, say: Say | None = None) -> list[Path]:
     return files
 
 
+def check_unused(folder: Path) -> None:
+    """Refuse a folder that holds pieces already, before minutes of recording.
+
+    Raises:
+        InputError: names some of them.
+    """
+    try:
+        found = [f for f in sorted(folder.iterdir()) if f.name.lower().endswith((".parquet", *ENDINGS))]
+    except OSError as error:
+        raise InputError(f"{folder}: can't be read ({reason_of(error)})") from None
+    if found:
+        few = ", ".join(shown(f) for f in found[:3]) + (", ..." if len(found) > 3 else "")
+        raise InputError(
+            f"{folder}: holds {len(found)} demonstrations already ({few}); give another folder, or --overwrite to "
+            "replace those of the same names"
+        )
+
+
 def at_tick(piece: Demonstration, graph: InteractionGraph, say: Say | None = None) -> list[Demonstration]:
     """A piece taken to the library's period where it isn't at it: see `resample`.
 

@@ -156,7 +156,12 @@ def describe(plan: Plan) -> list[dict[str, Any]]:
 
 
 def record_pieces(
-    run: GraphRun, keep: Path | None = None, say: Progress | None = None, known: Collection[Interaction] = ()
+    run: GraphRun,
+    keep: Path | None = None,
+    say: Progress | None = None,
+    known: Collection[Interaction] = (),
+    *,
+    overwrite: bool = False,
 ) -> None:
     """Record demonstrations into `run`, writing each to the folder `keep` as soon as it is there.
 
@@ -165,6 +170,7 @@ def record_pieces(
         keep: folder for them.
         say: called with a line before each.
         known: interactions that need none.
+        overwrite: whether files in that folder may be replaced.
     """
     run.pieces = []
     try:
@@ -172,10 +178,10 @@ def record_pieces(
             for piece in run.scenario.record_demonstrations(say, [e.name for e in known]):
                 run.pieces.append(piece)
                 if keep is not None:
-                    write_demonstrations([piece], keep)
+                    write_demonstrations([piece], keep, overwrite=overwrite)
     except RecordingInterrupted as stopped:
         if keep is not None:
-            write_demonstrations([stopped.piece], keep)
+            write_demonstrations([stopped.piece], keep, overwrite=overwrite)
         raise
 
 

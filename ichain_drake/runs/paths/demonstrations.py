@@ -28,8 +28,25 @@ def read_for(scenario: PathScenario, folder: Path, *, resampled: bool, say: Prog
     """
     pieces = read_demonstrations(folder, scenario.graph, resampled=resampled, say=say)
     check_in_plane(pieces, scenario)
+    check_moves(pieces, scenario)
     tell_findings(pieces, scenario.graph, say)
     return pieces
+
+
+def check_moves(pieces: Sequence[Demonstration], scenario: PathScenario) -> None:
+    """Refuse demonstrations in which what follows paths never moves along one of their axes.
+
+    Raises:
+        InputError: names the column.
+    """
+    for variable in scenario.target_variables:
+        name = column(scenario.target, variable)
+        shown = [p.table[name].to_numpy(dtype=float) for p in pieces if name in p.table]
+        if shown and np.ptp(np.concatenate(shown)) == 0:
+            raise InputError(
+                f"{name} is {shown[0][0]:g} {scenario.unit} in every row of every piece, so that nothing about moving "
+                f"{scenario.target} can be learned; record pieces in which it changes"
+            )
 
 
 def check_in_plane(pieces: Sequence[Demonstration], scenario: PathScenario) -> None:

@@ -146,16 +146,26 @@ def recorded_seconds(pieces: Sequence[Demonstration], graph: InteractionGraph) -
     return out
 
 
-def record_pieces(run: PathRun, keep: Path | None, say: Progress, known: Collection[str] = ()) -> None:
-    """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is written too."""
+def record_pieces(
+    run: PathRun, keep: Path | None, say: Progress, known: Collection[str] = (), *, overwrite: bool = False
+) -> None:
+    """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is written too.
+
+    Args:
+        run: gets them.
+        keep: folder for them.
+        say: called with a line before each.
+        known: interactions that need none.
+        overwrite: whether files in that folder may be replaced.
+    """
     try:
         with threadpool_limits(limits=1):  # as `run_paths`, whoever records
             for piece in run.scenario.record_demonstrations(say, known):
                 run.pieces.append(piece)
                 if keep is not None:
-                    write_demonstrations([piece], keep)
+                    write_demonstrations([piece], keep, overwrite=overwrite)
     except RecordingInterrupted as stopped:
         run.pieces.append(stopped.piece)
         if keep is not None:
-            write_demonstrations([stopped.piece], keep)
+            write_demonstrations([stopped.piece], keep, overwrite=overwrite)
         raise
