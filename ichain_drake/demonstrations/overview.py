@@ -34,7 +34,7 @@ def overview(pieces: Sequence[Demonstration], graph: InteractionGraph, refused: 
     """
     settings = QualitySettings()
     limits = rest_limits(pieces, graph, column_noise(pieces, graph), settings)
-    rows = []
+    rows: list[dict[str, Any]] = []
     for piece in pieces:
         rows.append(
             {

@@ -55,7 +55,7 @@ def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
                 )
             table = stored.read(use_threads=False)
         units = _units(table.schema.metadata or {}, file, what)
-        return _seconds(table.to_pandas(ignore_metadata=True)), units
+        return _seconds(table.replace_schema_metadata(None).to_pandas()), units
     except InputError:
         raise
     except (Exception, MemoryError) as error:  # whatever pyarrow makes of damage

@@ -74,7 +74,7 @@ def _with_time(table: pd.DataFrame) -> pd.DataFrame:
             break
     if list(table.columns).count(TIME) == 1:
         times = table[TIME]
-        if times.dtype == object and len(times) and _MOMENT.match(str(times.iloc[0])):
+        if not pd.api.types.is_numeric_dtype(times) and len(times) and _MOMENT.match(str(times.iloc[0])):
             moments = pd.to_datetime(times, errors="coerce", format="ISO8601", utc=True)
             return table.assign(**{TIME: (moments - moments.min()).dt.total_seconds()})
     return table
