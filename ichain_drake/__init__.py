@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         Demonstration,
         read_demonstration,
         read_demonstrations,
+        resample,
         write_demonstration,
         write_demonstrations,
     )
@@ -79,6 +80,7 @@ _MODULES = {
         "Demonstration",
         "read_demonstration",
         "read_demonstrations",
+        "resample",
         "write_demonstration",
         "write_demonstrations",
     ),
@@ -199,6 +201,7 @@ __all__ = [
     "read_demonstrations",
     "read_path",
     "record",
+    "resample",
     "run_graph",
     "save_chain",
     "save_knowledge",

@@ -14,6 +14,7 @@ import networkx as nx
 import numpy as np
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import write_whole
 from ichain_drake.state import FloatArray, StateSpace
 
 
@@ -236,17 +237,15 @@ def write_drawing(dot: str, file: Path) -> None:
             one.
     """
     if file.suffix == ".dot":
-        try:
-            file.write_text(dot)
-        except OSError as error:
-            raise InputError(f"{file}: can't write the drawing: {error.strerror or error}") from None
+        write_whole(file, dot.encode(errors="backslashreplace"))
         return
     if file.suffix not in {".svg", ".png", ".pdf"}:
         raise InputError(f"{file}: a drawing ends in .svg, .png, .pdf or .dot")
     program = shutil.which("dot")
     if program is None:
         raise InputError(f"{file}: Graphviz is not installed (no `dot`); install graphviz or write a .dot file")
-    command = [program, f"-T{file.suffix[1:]}", "-o", str(file)]
-    done = subprocess.run(command, input=dot, text=True, capture_output=True, check=False)
+    done = subprocess.run([program, f"-T{file.suffix[1:]}"], input=dot.encode(), capture_output=True, check=False)
     if done.returncode:
-        raise InputError(f"{file}: can't write the drawing: {' '.join(done.stderr.split()) or 'dot failed'}")
+        said = " ".join(done.stderr.decode(errors="replace").split())
+        raise InputError(f"{file}: can't write the drawing: {said or 'dot failed'}")
+    write_whole(file, done.stdout)

@@ -66,6 +66,12 @@ class Variable:
             raise InputError(f"variable name {self.name!r}: give a non-empty name without '.' and '->'")
         if not self.lower <= self.upper:
             raise InputError(f"variable {self.name}: lower bound {self.lower} is not below upper bound {self.upper}")
+        if self.kind == "angle" and self.unit not in ("rad", "1"):
+            raise InputError(
+                f"variable {self.name}: an angle wraps at +-pi rad, so it can't be in {self.unit}; declare "
+                f"Variable({self.name!r}, 'rad', -math.pi, math.pi, kind='angle'), and "
+                f"say [{self.unit}] in the headers of tables: they are converted"
+            )
 
 
 def wrap_angle(angle: ArrayLike) -> FloatArray:

@@ -14,7 +14,9 @@ from ichain_drake.cli.run import RunFiles
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.errors import InputError
+from ichain_drake.files import held
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import read_pieces
 from ichain_drake.learning.library import LibraryParts
@@ -52,6 +54,7 @@ def run_goal_scenario(
     demos: Path | None,
     library: Path | None = None,
     *,
+    resampled: bool = False,
     meshcat: bool = False,
     realtime: bool = False,
 ) -> int:
@@ -65,13 +68,18 @@ def run_goal_scenario(
     """
     run = GraphRun(scenario, _goal(scenario, expressions))
     graph_spec(scenario.config)  # refuses what is not for it, before anything is written
+    files.check_apart()
     known = _known(scenario, library)
     files.prepare()
     interrupted = False
-    with Reporter() as say, shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell):
+    with (
+        held(files.folder),
+        Reporter() as say,
+        shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell),
+    ):
         try:
-            keep = files.folder / "demonstrations"
-            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, progress=tell)
+            keep = files.demonstrations
+            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, resampled=resampled, progress=tell)
         except KeyboardInterrupt:
             interrupted = True
         tell("writing report, playback and pictures")
@@ -95,7 +103,9 @@ def run_goal_scenario(
     return 0 if run.goal_reached else 1
 
 
-def print_plan(scenario: Any, expressions: list[str], demos: Path | None, library: Path | None = None) -> int:
+def print_plan(
+    scenario: Any, expressions: list[str], demos: Path | None, library: Path | None = None, *, resampled: bool = False
+) -> int:
     """`ichain plan`: learn (what the library doesn't know of the graph), look, plan, print.
 
     Returns:
@@ -111,7 +121,9 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None, librar
 
         def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
             if demos is not None:
-                return read_pieces(demos, scenario.graph, known)
+                pieces = read_pieces(demos, scenario.graph, known, resampled=resampled, say=say.note)
+                tell_findings(pieces, scenario.graph, say.note)
+                return pieces
             say("recording demonstrations")
             return list(scenario.record_demonstrations(say, [e.name for e in known]))
 
@@ -127,16 +139,17 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None, librar
     return 1
 
 
-def learn_graph_library(scenario: Any, demos: Path, library: Path) -> None:
+def learn_graph_library(scenario: Any, demos: Path, library: Path, *, resampled: bool = False) -> None:
     """`ichain learn`: learn the whole graph from demonstrations and save it.
 
     Raises:
         InputError: on bad demonstrations, or a library that can't be written.
     """
     spec = graph_spec(scenario.config)
-    pieces = read_pieces(demos, scenario.graph)
-    prepare_folder(library)
     with Reporter() as say:
+        pieces = read_pieces(demos, scenario.graph, resampled=resampled, say=say.note)
+        tell_findings(pieces, scenario.graph, say.note)
+        prepare_folder(library)
         say(f"learning from {len(pieces)} pieces")
         knowledge = learn_graph(pieces, scenario.graph, spec)
     save_knowledge(knowledge, pieces, library, scenario.name)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import click
 
+from ichain_drake.cli.check import check
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
@@ -25,7 +26,7 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, relearn, scoreboard):
+for _command in (teach, learn, relearn, scoreboard, check):
     app.add_command(_command)
 
 
@@ -47,7 +48,7 @@ def list_scenarios() -> None:
 @click.argument("more", nargs=-1, metavar="")
 @click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
-@options("library")
+@options("resample", "library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
 @options("report", "output", "without")
 @click.option("--oracle/--no-oracle", default=True, show_default=True, help="also run the oracle, for comparison")
@@ -63,6 +64,7 @@ def run(
     more: tuple[str, ...],
     goal: tuple[str, ...],
     demos: Path | None,
+    resample: bool,
     library: Path | None,
     record: Path | None,
     report: str | None,
@@ -92,12 +94,15 @@ def run(
         if not isinstance(loaded, PathScenario):
             if path is not None or paths:
                 raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
-            return run_goal_scenario(loaded, files, [*goal, *more], demos, library, meshcat=meshcat, realtime=realtime)
+            return run_goal_scenario(
+                loaded, files, [*goal, *more], demos, library, resampled=resample, meshcat=meshcat, realtime=realtime
+            )
         if goal:
             raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
         return run_path_scenario(
-            loaded, files, path, [*paths, *more], demos, library, oracle=oracle, meshcat=meshcat, realtime=realtime
-        )
+            loaded, files, path, [*paths, *more], demos, library, oracle=oracle, resampled=resample, meshcat=meshcat,
+            realtime=realtime,
+        )  # fmt: skip
 
 
 @app.command()
@@ -106,7 +111,7 @@ def run(
 @click.argument("more", nargs=-1, metavar="")
 @options("physics", "seed")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
-@options("library", "settings")
+@options("resample", "library", "settings")
 def plan(
     scenario: str,
     goal: tuple[str, ...],
@@ -114,6 +119,7 @@ def plan(
     physics: str,
     seed: int,
     demos: Path | None,
+    resample: bool,
     library: Path | None,
     settings: tuple[str, ...],
 ) -> int:
@@ -124,7 +130,7 @@ def plan(
     loaded = scenario_named(scenario, settings, physics, seed)
     if isinstance(loaded, PathScenario):
         raise IchainError(f"{scenario} follows paths; `ichain plan` is for scenarios with a goal")
-    return print_plan(loaded, [*goal, *more], demos, library)
+    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample)
 
 
 @app.command()

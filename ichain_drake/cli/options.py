@@ -27,6 +27,9 @@ def options(*names: str) -> Callable[[FunctionT], FunctionT]:
         "without": click.option(
             "--without", metavar="RULE", multiple=True, help="switch a rule off; `ichain scoreboard --rules` lists them"
         ),
+        "resample": click.option(
+            "--resample", is_flag=True, help="take demonstrations of another rate, or with gaps, to 3 Hz"
+        ),
         "library": click.option("--library", type=PATH, metavar="DIR", help="a library of learned interactions"),
     }
 

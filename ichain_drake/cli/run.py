@@ -6,6 +6,7 @@ import json
 import sys
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
 from ichain_drake.cli.options import command_said
 from ichain_drake.errors import InputError, UnreachableError
+from ichain_drake.files import held, real_path, unused_folder
 from ichain_drake.graph import write_drawing
 from ichain_drake.runs.paths.choice import choose_paths
+from ichain_drake.runs.paths.demonstrations import read_for
 from ichain_drake.runs.paths.output import (
     prepare_file,
     prepare_folder,
@@ -51,14 +54,38 @@ class RunFiles:
         """File of the playback."""
         return self.record or self.folder / "playback.html"
 
+    @cached_property
+    def demonstrations(self) -> Path:
+        """Folder for what is recorded; that of an earlier run is left as it is."""
+        return unused_folder(self.folder / "demonstrations")
+
+    def check_apart(self, *read: Path | None) -> None:
+        """See that nothing is written twice, or over what is read.
+
+        Args:
+            read: files that the run reads.
+
+        Raises:
+            InputError: naming the file.
+        """
+        if self.record is not None and self.record.suffix != ".html":
+            raise InputError(f"--record {self.record}: a playback ends in .html")
+        seen = {real_path(file): "is what the run reads" for file in read if file is not None}
+        report = [] if self.report == "-" else [Path(self.report) if self.report else self.folder / "report.json"]
+        for file in (self.playback, *report, self.folder / "paths.png", self.folder / "timeline.png"):
+            place = real_path(file)
+            if place in seen:
+                raise InputError(f"{file}: {seen[place]}; give another name for what is written")
+            if file.suffix in (".parquet", ".csv"):
+                raise InputError(f"{file}: is named like a table, and what is written there is none; give another name")
+            seen[place] = "is where something else of this run is written"
+
     def prepare(self) -> None:
         """Make sure that everything can be written before the work starts.
 
         Raises:
             InputError: naming the folder or file that can't.
         """
-        if self.record is not None and self.record.suffix != ".html":
-            raise InputError(f"--record {self.record}: a playback ends in .html")
         prepare_folder(self.folder)
         for file in (self.playback, self.folder / "paths.png", self.folder / "timeline.png"):
             prepare_file(file)
@@ -75,6 +102,7 @@ def run_path_scenario(
     library: Path | None,
     *,
     oracle: bool,
+    resampled: bool = False,
     meshcat: bool = False,
     realtime: bool = False,
 ) -> int:
@@ -89,6 +117,7 @@ def run_path_scenario(
     """
     if path is not None and names:
         raise InputError("--path and --paths: give one of the two")
+    files.check_apart(path)
     started = PathRun(scenario, choose_paths(scenario, names, path))
     files.prepare()
     known, command = None, None
@@ -98,15 +127,20 @@ def run_path_scenario(
         command = load_command(library, scenario.graph, scenario.graph.chain(scenario.target))
         known = load_links(library, scenario.graph, scenario.graph.chain(scenario.target), scenario.target_variables)
     interrupted, unreachable = False, None
-    with Reporter() as say, shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell):
+    with (
+        held(files.folder),
+        Reporter() as say,
+        shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell),
+    ):
         try:
             run_paths(
                 started,
                 demos=demos,
-                keep_demos=files.folder / "demonstrations",
+                keep_demos=files.demonstrations,
                 known=known,
                 known_command=command,
                 oracle=oracle,
+                resampled=resampled,
                 progress=tell,
             )
         except KeyboardInterrupt:
@@ -155,20 +189,19 @@ def _print_results(run: PathRun, written: list[Path]) -> None:
         print(f"written: {file}")
 
 
-def learn_library(scenario: PathScenario, demos: Path, library: Path) -> None:
+def learn_library(scenario: PathScenario, demos: Path, library: Path, *, resampled: bool = False) -> None:
     """`ichain learn`: learn all links from demonstrations and save them.
 
     Raises:
         InputError: on bad demonstrations, or a library that can't be written.
     """
-    from ichain_drake.demonstrations import read_demonstrations
     from ichain_drake.learning.chain.chain import learn_chain
     from ichain_drake.learning.library import save_chain
 
     check_settings(scenario)
-    pieces = read_demonstrations(demos, scenario.graph)
-    prepare_folder(library)
     with Reporter() as say:
+        pieces = read_for(scenario, demos, resampled=resampled, say=say.note)
+        prepare_folder(library)
         seconds = recorded_seconds(pieces, scenario.graph)
         candidates = scenario.config.learning.candidates()
         with threadpool_limits(limits=1):  # as in a run, so that the same demonstrations give the same models

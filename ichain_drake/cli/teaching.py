@@ -18,6 +18,7 @@ from ichain_drake.errors import InputError
 @click.option("--browser", is_flag=True, help="a person demonstrates, in the web browser")
 @click.option("--drive", default="", metavar="OBJECT", help="what the person drives; default the scenario's choice")
 @click.option("--open/--no-open", "opened", default=True, show_default=True, help="with --browser: open the browser")
+@click.option("--overwrite", is_flag=True, help="replace pieces of the same names in DIR")
 @options("settings")
 def teach(
     scenario: str,
@@ -27,10 +28,13 @@ def teach(
     browser: bool,
     drive: str,
     opened: bool,
+    overwrite: bool,
     settings: tuple[str, ...],
 ) -> None:
     """Record demonstrations: the scripted ones, or a person's (--browser)."""
     from ichain_drake.cli.console import Reporter
+    from ichain_drake.demonstrations.reading import check_unused
+    from ichain_drake.files import held
     from ichain_drake.runs.goals import run as goal_run
     from ichain_drake.runs.goals.settings import graph_spec
     from ichain_drake.runs.paths import run as path_run
@@ -40,6 +44,8 @@ def teach(
 
     if drive and not browser:
         raise InputError("--drive is for --browser: a script drives what it has to")
+    if overwrite and browser:
+        raise InputError("--overwrite is for scripts: a person's pieces get numbers that no other has")
     loaded = scenario_named(scenario, settings, physics, seed)
     if browser:
         from ichain_drake.cli.live import teach_in_browser
@@ -52,13 +58,15 @@ def teach(
     else:
         graph_spec(loaded.config)  # refuses settings that are for paths
     prepare_folder(output)
-    with Reporter() as say:
+    if not overwrite:
+        check_unused(output)
+    with held(output), Reporter() as say:
         if isinstance(loaded, PathScenario):
             started = PathRun(loaded)
-            path_run.record_pieces(started, output, say)
+            path_run.record_pieces(started, output, say, overwrite=overwrite)
         else:
             started = goal_run.GraphRun(loaded, ())
-            goal_run.record_pieces(started, output, say)
+            goal_run.record_pieces(started, output, say, overwrite=overwrite)
     for piece in started.pieces:
         print(f"written: {output / piece.name}.parquet, {len(piece)} rows")
 
@@ -67,15 +75,16 @@ def teach(
 @options("scenario")
 @click.option("--demos", type=PATH, metavar="DIR", required=True, help="folder of demonstrations")
 @click.option("-o", "--output", type=PATH, metavar="LIBRARY", required=True, help="folder for what is learned")
-@options("settings")
-def learn(scenario: str, demos: Path, output: Path, settings: tuple[str, ...]) -> None:
+@options("resample", "settings")
+def learn(scenario: str, demos: Path, output: Path, resample: bool, settings: tuple[str, ...]) -> None:
     """Learn a scenario's links, or its whole graph, from demonstrations and save them as a library."""
     from ichain_drake.cli.graph import learn_graph_library
     from ichain_drake.cli.run import learn_library
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, "ideal", 0)
-    (learn_library if isinstance(loaded, PathScenario) else learn_graph_library)(loaded, demos, output)
+    learned_by = learn_library if isinstance(loaded, PathScenario) else learn_graph_library
+    learned_by(loaded, demos, output, resampled=resample)
 
 
 @click.command()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ichain_drake.demonstrations import Demonstration, read_folder
+from ichain_drake.demonstrations import Demonstration, prepare, read_folder
 from ichain_drake.demonstrations.table import TIME
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
@@ -21,18 +21,27 @@ _ON = 0.5
 _DIGITS = 9  # states that agree to so many decimals are the same state
 
 
-def read_pieces(folder: Path, graph: InteractionGraph, known: Collection[Interaction] = ()) -> list[Demonstration]:
+def read_pieces(
+    folder: Path,
+    graph: InteractionGraph,
+    known: Collection[Interaction] = (),
+    *,
+    resampled: bool = False,
+    say: Callable[[str], None] | None = None,
+) -> list[Demonstration]:
     """Read every piece of a folder and check them for learning a graph, before anything else is done with them.
 
     Args:
         folder: with the pieces.
         graph: the interaction graph.
         known: interactions that they need not show.
+        resampled: whether to take pieces of another period to the library's.
+        say: called with a line on each thing that was done: files passed over, units converted, pieces resampled.
 
     Raises:
         InputError: if the folder or a file can't be read, and as `check_pieces` and `check_flags`.
     """
-    pieces = read_folder(folder)
+    pieces = prepare(read_folder(folder, say), graph, resampled=resampled, say=say)
     check_pieces(pieces, graph)
     shown = [e for e in graph.interactions if e not in known]
     flags = {e: [p.table[e.name].to_numpy(dtype=float) > _ON for p in pieces] for e in shown}
@@ -87,7 +96,7 @@ def _check_periods(pieces: Sequence[Demonstration], graph: InteractionGraph) -> 
         edge = shown[0] if shown else graph.interactions[0].name
         raise InputError(
             f"piece {odd.name}: its period is {its:.4g} s, but that of {other.name} is {theirs:.4g} s; {edge} can't be "
-            "learned from both: record or resample every piece at 3 Hz"
+            "learned from both: record every piece at 3 Hz, or take them to it with --resample"
         )
 
 

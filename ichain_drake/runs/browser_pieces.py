@@ -5,20 +5,19 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ichain_drake.demonstrations import Demonstration, write_demonstrations
+from ichain_drake.errors import InputError
+from ichain_drake.files import write_whole
 from ichain_drake.graph import InteractionGraph
+from ichain_drake.runs.open_piece import OpenRecord, flags, left_behind
 from ichain_drake.scenarios.seats import Seat
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.recorder import part_of, tabulate
-from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK
-from ichain_drake.visualization.output import write_whole
 
 
 @dataclass
@@ -57,7 +56,8 @@ class PieceRecorder:
         seat: what is driven; says whose measurements are recorded.
         graph: the interaction graph.
         folder: where pieces go, as `<seat>-<number>.parquet`, numbered on from those that are there, with what is known
-            about their recording in a `.json` of the same name.
+            about their recording in a `.json` of the same name. While one is open, its rows are in a hidden file
+            there; what an earlier process that was killed left of a piece is saved first (`recovered`).
         about: further entries of that file.
     """
 
@@ -68,6 +68,8 @@ class PieceRecorder:
         pattern = re.compile(rf"{re.escape(seat.name)}-(\d+)")
         known = [pattern.fullmatch(file.stem) for file in folder.glob("*.*")] if folder.is_dir() else []
         self._number = max((int(m[1]) for m in known if m), default=0)
+        self._record: OpenRecord | None = None
+        self.recovered = self._recover() if folder.is_dir() else []
 
     @property
     def edges(self) -> tuple[str, ...]:
@@ -75,9 +77,31 @@ class PieceRecorder:
         recorded = set(self._seat.objects)
         return tuple(e.name for e in self._graph.interactions if {e.parent, e.child} <= recorded)
 
+    def _recover(self) -> list[Demonstration]:
+        """Save what a killed process left."""
+        pieces = []
+        for file, piece in left_behind(self._folder):
+            self._number += 1
+            saved = replace(piece, name=f"{self._seat.name}-{self._number:03d}")
+            try:
+                saved.check(self._graph)
+            except InputError:  # of another scenario
+                self._number -= 1
+                continue
+            self._write(saved, {"ended_by": "the end of the process", "rows": len(saved)})
+            file.unlink(missing_ok=True)
+            pieces.append(saved)
+        return pieces
+
+    def _write(self, piece: Demonstration, about: Mapping[str, Any]) -> None:
+        (file,) = write_demonstrations([piece], self._folder)
+        write_whole(file.with_suffix(".json"), (json.dumps({**self._about, **about}, indent=2) + "\n").encode())
+
     def begin(self, frame: int) -> None:
         """Open a piece that begins with the first tick from a frame on."""
         self._number += 1
+        while (self._folder / f"{self._seat.name}-{self._number:03d}.parquet").exists():
+            self._number += 1  # another session's
         first = -(-frame // FRAMES_PER_TICK) * FRAMES_PER_TICK
         self.open = OpenPiece(f"{self._seat.name}-{self._number:03d}", first)
 
@@ -87,11 +111,37 @@ class PieceRecorder:
             self.open.before.setdefault(edge, active)
             self.open.marks.setdefault(edge, []).append(frame)
 
+    def note(self, episode: Episode, frame: int) -> None:
+        """Put rows of the open piece on disk that are not there yet; to be called about once a second.
+
+        Raises:
+            InputError: if they can't be written.
+        """
+        if self.open is None:
+            return
+        rows = self.open.rows(frame - 1)  # the last command of a row is in the frame behind it
+        done = 0 if self._record is None else self._record.rows
+        if rows <= done:
+            return
+        if self._record is None:
+            self._record = OpenRecord(self._folder, self.open.name)
+        begin, end = (self.open.first + r * FRAMES_PER_TICK for r in (done, rows - 1))
+        log = part_of(episode.log(), begin, end + 2)
+        table = tabulate(self._graph, log, self._seat.objects, self.open.name)
+        self._record.add(table, self.open.first, self.open.marks, self.open.before)
+
+    def _close(self) -> None:
+        """No piece is open any more."""
+        self.open = None
+        if self._record is not None:
+            self._record.remove()
+        self._record = None
+
     def drop(self) -> None:
         """Forget the open piece."""
         if self.open is not None:
             self._number -= 1
-        self.open = None
+        self._close()
 
     def keep(self, episode: Episode, frame: int, sampling: Mapping[str, float], why: str) -> Demonstration | None:
         """End the open piece and save it.
@@ -119,24 +169,10 @@ class PieceRecorder:
         log = part_of(episode.log(), piece.first, end + 1)  # one more frame, if there is one: it has the last command
         table = tabulate(self._graph, log, self._seat.objects, piece.name)
         for edge, frames in piece.marks.items():
-            table.table[edge] = _flags(piece.before[edge], [f - piece.first for f in frames], rows)
+            table.table[edge] = flags(piece.before[edge], [f - piece.first for f in frames], rows)
         table.check(self._graph)
-        (file,) = write_demonstrations([table], self._folder)
-        about = {
-            **self._about,
-            "ended_by": why,
-            "rows": rows,
-            "sampling": dict(sampling),
-            "marked": sorted(piece.marks),
-        }
-        write_whole(file.with_suffix(".json"), (json.dumps(about, indent=2) + "\n").encode())
-        self.open = None
+        about = {"ended_by": why, "rows": rows, "sampling": dict(sampling), "marked": sorted(piece.marks)}
+        self._write(table, about)
+        self._close()
         self.saved.append(table)
         return table
-
-
-def _flags(before: bool, frames: list[int], rows: int) -> FloatArray:
-    """Flags that flip at the first tick from each frame on."""
-    ticks = np.ceil(np.array(frames) / FRAMES_PER_TICK)
-    flips = (np.arange(rows)[:, None] >= ticks).sum(axis=1)
-    return np.asarray((before + flips) % 2, dtype=float)

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import write_whole
 from ichain_drake.runs.goals.output import write_graph_recording
 from ichain_drake.runs.goals.run import GraphRun
 from ichain_drake.runs.paths.output import write_recording
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.visualization.output import write_whole
 
 
 @dataclass(frozen=True)

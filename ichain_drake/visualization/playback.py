@@ -14,8 +14,8 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import write_whole
 from ichain_drake.visualization.html_page import playback_page
-from ichain_drake.visualization.output import write_whole
 from ichain_drake.visualization.page_log import page_log
 from ichain_drake.visualization.plant_drawing import PlantDrawing
 from ichain_drake.visualization.recording import RATE, Episode, Recording

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from ichain_drake.errors import InputError
-from ichain_drake.visualization.output import write_whole
+from ichain_drake.files import write_whole
 
 _COLUMNS = 3
 

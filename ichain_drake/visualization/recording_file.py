@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import write_whole
 from ichain_drake.graph import Interaction
 from ichain_drake.state import Role, StateSpace, Variable
-from ichain_drake.visualization.output import write_whole
 from ichain_drake.visualization.recording import Episode, Readout, Recording, Strip
 
 FORMAT = "ichain-recording-2"

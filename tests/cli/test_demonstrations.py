@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from ichain_drake.cli.main import main
-from ichain_drake.demonstrations.table import read_demonstration, write_demonstration
+from ichain_drake.demonstrations import read_demonstration, write_demonstration
 
 
 @pytest.fixture(scope="session")
@@ -80,7 +80,7 @@ def _drop(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _unit(table: pd.DataFrame) -> pd.DataFrame:
-    return table.rename(columns={"hand.x [m]": "hand.x [mm]"})
+    return table.rename(columns={"hand.x [m]": "hand.x [kg]"})
 
 
 def _swap(table: pd.DataFrame) -> pd.DataFrame:
@@ -127,7 +127,7 @@ def _one_row(table: pd.DataFrame) -> pd.DataFrame:
 
 SPOILT: dict[str, tuple[Callable[[pd.DataFrame], pd.DataFrame], list[str]]] = {
     "missing column": (_drop, ["play.csv", "joystick.y_axis is missing"]),
-    "wrong unit": (_unit, ["play.csv", "hand.x is in mm, but m is needed"]),
+    "wrong unit": (_unit, ["play.csv", "hand.x is in kg, but m is needed", "there is no way from kg to m"]),
     "unsorted": (_swap, ["play.csv", "line 8, column time", "before the previous one"]),
     "doubled time": (_double, ["play.csv", "line 10, column time: a doubled time"]),
     "gap": (_gap, ["play.csv", "line 6, column time", "0.3333 s needed"]),

@@ -238,3 +238,31 @@ def test_the_installed_command_prints_one_line(tmp_path):
 def test_main_gives_the_status_without_raising(capsys):
     assert main(["run", "car_game", "--physics", "unreal"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+WRITTEN = {
+    "metres": ("x [m],y [m]\n1,1\n2,2\n", "column x is in m, a path here in px, and there is no way from m to px"),
+    "decimal commas": ("x,y\n100,5,300,5\n200,5,300,5\n", "line 2 has 4 fields, the header 2"),
+    "doubled": ("x,x,y\n100,1,300\n200,1,300\n", "column x appears twice"),
+    "zip": ("PK\x03\x04", "is a zip archive"),
+    "huge": ("x,y\n1,1\n1e300,1\n", "outside the screen"),
+}
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_a_path_that_would_be_misread(name, refused, tmp_path):
+    text, message = WRITTEN[name]
+    (tmp_path / "path.csv").write_text(text)
+    assert message in refused("--path", tmp_path / "path.csv")
+
+
+@pytest.mark.parametrize("ending", ["zip", "xz", "tar", "zst", "csv.gz"])
+def test_a_broken_archive_as_a_path(ending, refused, tmp_path):
+    (tmp_path / f"path.{ending}").write_bytes(b"\x1f\x8b broken" if ending == "csv.gz" else b"broken")
+    assert "path" in refused("--path", tmp_path / f"path.{ending}")
+
+
+def test_a_pipe_as_a_path_and_a_name_of_300_characters(refused, tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    assert "it is a pipe or a device" in refused("--path", tmp_path / "pipe.csv")
+    assert "File name too long" in refused("--path", tmp_path / ("x" * 300))

@@ -1,6 +1,9 @@
 """Pieces, seats and the clock of teaching in the browser; the browser itself is in tests/visualization."""
 
 import json
+import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -170,3 +173,86 @@ def test_a_new_start_and_a_record_in_one_frame_begin_a_piece(scenario, tmp_path,
     session._frame()
     session.view.close()
     assert session.pieces.open is not None
+
+
+def test_an_open_piece_outlives_its_process(scenario, driven, tmp_path):
+    """As after SIGKILL: nobody keeps the piece, its file loses its lock, and the next session saves it."""
+    recorder = PieceRecorder(choose_seat(scenario, "hand"), scenario.graph, tmp_path, {})
+    recorder.begin(0)
+    recorder.mark("joystick->car", 12, True)
+    for frame in (1, 20, 40, 60):
+        recorder.note(driven, frame)
+    rows = recorder._record.rows
+    assert rows == 6
+    assert not PieceRecorder(choose_seat(scenario, "hand"), scenario.graph, tmp_path, {}).recovered  # it is alive
+    recorder._record._stream.close()  # the end of the process
+    with next(tmp_path.glob(".*.open")).open("a") as stream:
+        stream.write("[0.1, 0.2")  # a line that it was writing then
+    again = PieceRecorder(choose_seat(scenario, "hand"), scenario.graph, tmp_path, {"seed": 0})
+    (piece,) = again.recovered
+    assert piece.name == "hand-001"
+    log = driven.log()
+    assert np.array_equal(piece.table["car.x"], log.measured["car"][: 10 * rows : 10, 0])
+    assert piece.table["joystick->car"].to_list() == [1, 1, 0, 0, 0, 0]
+    assert np.array_equal(piece.table["command.x"], log.command[1 : 10 * rows : 10, 0])
+    (read,) = read_demonstrations(tmp_path, scenario.graph)
+    assert read.table.equals(piece.table)
+    assert json.loads((tmp_path / "hand-001.json").read_text())["ended_by"] == "the end of the process"
+    assert not list(tmp_path.glob(".*.open"))
+    again.begin(0)
+    assert again.open.name == "hand-002"
+
+
+def test_a_kept_or_dropped_piece_leaves_no_open_file(scenario, driven, tmp_path):
+    recorder = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path, {})
+    recorder.begin(0)
+    recorder.note(driven, 40)
+    assert [f.name for f in tmp_path.iterdir()] == [".joystick-001.open"]
+    recorder.drop()
+    assert not list(tmp_path.iterdir())
+    recorder.begin(0)
+    recorder.note(driven, 40)
+    assert len(recorder.keep(driven, 60, {}, "the person")) == 7
+    assert sorted(f.name for f in tmp_path.iterdir()) == ["joystick-001.json", "joystick-001.parquet"]
+
+
+def test_numbers_go_on_after_a_middle_one_was_deleted(scenario, driven, tmp_path):
+    def record():
+        recorder = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path, {})
+        recorder.begin(0)
+        return recorder.keep(driven, 60, {}, "the person").name
+
+    for _ in range(3):
+        record()
+    (tmp_path / "joystick-002.parquet").unlink()
+    assert record() == "joystick-004"
+    # Another session took the next number meanwhile.
+    recorder = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path, {})
+    assert record() == "joystick-005"
+    recorder.begin(0)
+    assert recorder.keep(driven, 60, {}, "the person").name == "joystick-006"
+
+
+def test_a_killed_session_loses_at_most_a_second(tmp_path):
+    """A process of its own records for some seconds and gets SIGKILL."""
+    script = (
+        "import sys, time\n"
+        "from pathlib import Path\n"
+        "from ichain_drake.runs.browser_teaching import RECORD, TeachingSession\n"
+        "from ichain_drake.scenarios.seats import choose_seat\n"
+        "from ichain_drake.systems import load_scenario\n"
+        "s = load_scenario('car_game', (), 'ideal', 0)\n"
+        "session = TeachingSession(s, choose_seat(s), Path(sys.argv[1]), lambda line: None)\n"
+        "session._start()\n"
+        "session._press(RECORD.name)\n"
+        "while True:\n"
+        "    session._frame()\n"
+        "    print(session._count, flush=True)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, text=True) as process:
+        frames = next(n for line in process.stdout if (n := int(line)) >= 97)
+        process.send_signal(signal.SIGKILL)
+    scenario = load_scenario("car_game", (), "ideal", 0)
+    (piece,) = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path, {}).recovered
+    assert frames - 10 * len(piece) <= 30
+    assert len(read_demonstrations(tmp_path, scenario.graph)) == 1

@@ -12,8 +12,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ZeroOrderHold
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import write_whole
 from ichain_drake.visualization import HandDrawing, load_recording, save_recording, write_playback
-from ichain_drake.visualization.output import write_whole
 
 
 def interpolate(keys, frames):

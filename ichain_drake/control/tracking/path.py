@@ -7,46 +7,64 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from ichain_drake.demonstrations.csv_text import read_csv
+from ichain_drake.demonstrations.table import as_numbers
 from ichain_drake.errors import InputError
 from ichain_drake.state import FloatArray
+from ichain_drake.units import convert, split_unit
 
 _MIN_POINTS = 2
+_MOST_POINTS = 10**6  # 16 MB; a path of more is in another unit than its spacing
 
 
-def read_path(file: Path, columns: tuple[str, ...]) -> FloatArray:
-    """Read a path from a CSV file with one column a coordinate.
+def read_path(file: Path, columns: tuple[str, ...], unit: str = "") -> FloatArray:
+    """Read a path from a CSV file with one column a coordinate, in any dialect (see `read_csv`).
 
     Args:
         file: the CSV file; units in brackets behind a column's name are allowed.
         columns: the wanted columns.
+        unit: of the points; a column that names another is converted, or refused where that can't be. Empty: whatever
+            they are in.
 
     Returns:
         Points, shape (n, n_columns).
 
     Raises:
-        InputError: if it can't be read, a column is missing, a value is not a number, or there are under two points.
+        InputError: if it can't be read, a column is missing or there twice, a value is not a number, a unit does not
+            fit, or there are under two points.
     """
-    try:
-        table = pd.read_csv(file)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: can't read the path: {str(error).splitlines()[0]}") from None
-    table = table.rename(columns={c: str(c).split("[")[0].strip() for c in table.columns})
+    file = Path(file)
+    text = read_csv(file, "the path", ", ".join(columns))
+    split = [split_unit(str(c)) for c in text.table.columns]
+    names = [name for name, _ in split]
+    values = []
     for column in columns:
-        count = list(table.columns).count(column)
-        if count != 1:
-            what = "is missing" if count == 0 else "appears twice"
+        if names.count(column) != 1:
+            what = "is missing" if column not in names else "appears twice"
             raise InputError(f"{file}: column {column} {what}; a path has columns {', '.join(columns)}")
-    values = table[list(columns)].apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-    check_points(values, str(file), columns)
-    return values
+        place = names.index(column)
+        coordinate = as_numbers(text.table.iloc[:, place])
+        given = split[place][1]
+        try:
+            values.append(convert(coordinate, given, unit) if given and unit else coordinate)
+        except InputError as error:
+            raise InputError(f"{file}: column {column} is in {given}, a path here in {unit}, and {error}") from None
+    points = np.stack(values, axis=1)
+    check_points(points, str(file), columns, text.first_line)
+    return points
 
 
-def check_points(points: FloatArray, where: str, columns: tuple[str, ...] = ("x", "y")) -> None:
+def check_points(points: FloatArray, where: str, columns: tuple[str, ...] = ("x", "y"), first_line: int = 2) -> None:
     """Refuse a path that is no path.
+
+    Args:
+        points: shape (n, n_columns).
+        where: what to call it in errors.
+        columns: names of its columns.
+        first_line: line of its file in which the first point is.
 
     Raises:
         InputError: on NaN (with its line), fewer than two points, or a length of zero.
@@ -55,7 +73,7 @@ def check_points(points: FloatArray, where: str, columns: tuple[str, ...] = ("x"
     if bad.any():
         row, col = (int(i) for i in np.argwhere(bad)[0])
         raise InputError(
-            f"{where}: line {row + 2}, column {columns[col]}: not a finite number; remove or mend the point"
+            f"{where}: line {first_line + row}, column {columns[col]}: not a finite number; remove or mend the point"
         )
     if len(points) < _MIN_POINTS:
         raise InputError(f"{where}: {len(points)} point(s); a path needs at least {_MIN_POINTS}")
@@ -64,8 +82,17 @@ def check_points(points: FloatArray, where: str, columns: tuple[str, ...] = ("x"
 
 
 def resample(points: FloatArray, spacing: float) -> FloatArray:
-    """Points at equal spacing along a polyline, shape (m, d) from (n, d), first and last kept."""
+    """Points at equal spacing along a polyline, shape (m, d) from (n, d), first and last kept.
+
+    Raises:
+        InputError: if that would be over a million points.
+    """
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    if not steps.sum() / spacing <= _MOST_POINTS:
+        raise InputError(
+            f"{steps.sum():.4g} at a spacing of {spacing:g} are over {_MOST_POINTS} points; give a larger spacing, or "
+            "mend what is in another unit"
+        )
     points = np.concatenate([points[:1], points[1:][steps > 0]])
     length = np.concatenate([[0.0], np.cumsum(steps[steps > 0])])
     count = max(_MIN_POINTS, int(np.ceil(length[-1] / spacing)) + 1)

@@ -17,6 +17,7 @@ _SPEED_BAND = 0.3  # transitions within this fraction of a speed count as that s
 _QUANTILE = 0.98  # the sharpest few are noise
 _WINDOW = 1.0  # length over which a path's turn is measured, in ticks at nominal speed
 _FEWEST = 8
+_STRAIGHT = 1e-6  # turning over the smoothing length that is rounding [rad]
 _EVERY = 3  # points of the path from one check to the next
 
 
@@ -49,12 +50,13 @@ def check_turns(path: TimedPath, chain: LearnedChain, where: str, unit: str) -> 
         if near.sum() < _FEWEST or curvature[i] <= 0:
             continue
         sharpest = float(np.quantile(np.abs(turns[near]) / length[near], _QUANTILE))
-        if curvature[i] > sharpest:
+        if curvature[i] > max(sharpest, _STRAIGHT / path.limits.smoothing):
             px, py = path.points[i]
             places = max(0, -math.floor(math.log10(path.limits.spacing)))
             where_to, speed_text = f"({px:.{places}f}, {py:.{places}f})", f"{path.speed[i]:.{places}f}"
+            shown = f"is {1 / sharpest:.1f} {unit}" if sharpest > 0 else "is none: they never turn there"
             raise InputError(
                 f"{where}: at {where_to} it turns with a radius of {1 / curvature[i]:.1f} {unit}; the "
-                f"tightest turn in the demonstrations at {speed_text} {unit}/s is {1 / sharpest:.1f} {unit}; "
+                f"tightest turn in the demonstrations at {speed_text} {unit}/s {shown}; "
                 "widen the turn, or lower path.speed"
             )

@@ -169,6 +169,8 @@ def write_files(library: Path, name: str, files: Mapping[str, bytes]) -> Path:
     """
     target = library / name
     new: Path | None = None
+    if is_item(library):
+        raise InputError(f"library {library}: it is a single link or graph; give the folder that it is in")
     try:
         library.mkdir(parents=True, exist_ok=True)
         # Beside the target, or renaming it would be copying. A hidden name: nobody takes it for a link.
@@ -205,6 +207,14 @@ def _swap(new: Path, target: Path) -> None:
             old.rename(target)
         raise
     shutil.rmtree(old, ignore_errors=True)
+
+
+def is_item(folder: Path) -> bool:
+    """Whether a folder is a saved link or graph itself, in which no other one belongs."""
+    try:
+        return (folder / MANIFEST).exists()
+    except (OSError, ValueError):
+        return False
 
 
 def _is_link_or_empty(folder: Path) -> bool:

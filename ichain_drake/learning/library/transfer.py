@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.library.files import MANIFEST, is_graph_name, item_folders, write_files
+from ichain_drake.learning.library.files import is_graph_name, is_item, item_folders, write_files
 from ichain_drake.learning.library.saved import SavedLink
 from ichain_drake.learning.library.saved_graph import SavedGraph
 
@@ -49,7 +49,7 @@ def add_to_library(source: Path, library: Path) -> list[str]:
         InputError: if the source holds none, or any of them is damaged or unsafe: then none is added; or if the
             library can't be written.
     """
-    folders = [source] if (source / MANIFEST).is_file() else item_folders(source)
+    folders = [source] if is_item(source) else item_folders(source)
     if not folders:
         raise InputError(f"{source}: holds no saved link; give a library's folder or a link's")
     links = [

@@ -17,6 +17,7 @@ from ichain_drake.control.planning.goals import gap, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import SkillFunction
 from ichain_drake.demonstrations import Demonstration, write_demonstrations
+from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, InteractionSpec, read_pieces
 from ichain_drake.learning.library import LibraryParts
@@ -157,7 +158,12 @@ def describe(plan: Plan) -> list[dict[str, Any]]:
 
 
 def record_pieces(
-    run: GraphRun, keep: Path | None = None, say: Progress | None = None, known: Collection[Interaction] = ()
+    run: GraphRun,
+    keep: Path | None = None,
+    say: Progress | None = None,
+    known: Collection[Interaction] = (),
+    *,
+    overwrite: bool = False,
 ) -> None:
     """Record demonstrations into `run`, writing each to the folder `keep` as soon as it is there.
 
@@ -166,6 +172,7 @@ def record_pieces(
         keep: folder for them.
         say: called with a line before each.
         known: interactions that need none.
+        overwrite: whether files in that folder may be replaced.
     """
     run.pieces = []
     try:
@@ -173,10 +180,10 @@ def record_pieces(
             for piece in run.scenario.record_demonstrations(say, [e.name for e in known]):
                 run.pieces.append(piece)
                 if keep is not None:
-                    write_demonstrations([piece], keep)
+                    write_demonstrations([piece], keep, overwrite=overwrite)
     except RecordingInterrupted as stopped:
         if keep is not None:
-            write_demonstrations([stopped.piece], keep)
+            write_demonstrations([stopped.piece], keep, overwrite=overwrite)
         raise
 
 
@@ -189,6 +196,7 @@ def run_graph(
     spec: InteractionSpec | None = None,
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
     settings: ExecutorSettings | None = None,
+    resampled: bool = False,
     progress: Progress | None = None,
 ) -> None:
     """Do everything up to the report, filling `run`.
@@ -202,6 +210,7 @@ def run_graph(
         spec: candidate estimators; default: those that the scenario's settings ask for.
         own_skills: a designer's functions, by interaction and whether they activate.
         settings: of the execution.
+        resampled: whether to take demonstrations of another period to the library's.
         progress: called with a line at each step.
 
     Raises:
@@ -213,7 +222,8 @@ def run_graph(
 
     def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
         if demos is not None:
-            run.pieces = read_pieces(demos, run.scenario.graph, known)
+            run.pieces = read_pieces(demos, run.scenario.graph, known, resampled=resampled, say=say)
+            tell_findings(run.pieces, run.scenario.graph, say)
         else:
             record_pieces(run, keep_demos, say, known)
         return run.pieces

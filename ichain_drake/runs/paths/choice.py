@@ -9,10 +9,9 @@ import numpy as np
 
 from ichain_drake.control.tracking.path import PathLimits, TimedPath, check_points, read_path
 from ichain_drake.errors import InputError
+from ichain_drake.files import shown
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.state import FloatArray
-
-_MOST_POINTS = 10**6
 
 
 def choose_paths(scenario: PathScenario, names: Sequence[str] = (), file: Path | None = None) -> dict[str, TimedPath]:
@@ -23,10 +22,10 @@ def choose_paths(scenario: PathScenario, names: Sequence[str] = (), file: Path |
     """
     limits = scenario.path_limits()
     if file is not None:
-        points = read_path(file, scenario.target_variables)
+        points = read_path(file, scenario.target_variables, scenario.unit)
         _check_inside(points, scenario, str(file))
         _check_length(points, limits, str(file), scenario.unit)
-        return {file.stem: TimedPath(points, limits)}
+        return {shown(Path(file.stem)): timed(points, limits, str(file))}
     known = scenario.reference_paths()
     for name in names:
         if name not in known:
@@ -35,7 +34,19 @@ def choose_paths(scenario: PathScenario, names: Sequence[str] = (), file: Path |
     for name, points in chosen.items():
         check_points(points, f"path {name}", scenario.target_variables)
         _check_length(points, limits, f"path {name}", scenario.unit)
-    return {n: TimedPath(p, limits) for n, p in chosen.items()}
+    return {n: timed(p, limits, f"path {n}") for n, p in chosen.items()}
+
+
+def timed(points: FloatArray, limits: PathLimits, where: str) -> TimedPath:
+    """A timed path; what is wrong with it names it.
+
+    Raises:
+        InputError: if its spacing would make too many points.
+    """
+    try:
+        return TimedPath(points, limits)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def _check_inside(points: FloatArray, scenario: PathScenario, where: str) -> None:
@@ -55,9 +66,4 @@ def _check_length(points: FloatArray, limits: PathLimits, where: str, unit: str)
         raise InputError(
             f"{where}: it is {length:.3g} {unit} long; an end counts as reached within {limits.tolerance:g} {unit}, so "
             "give a longer path"
-        )
-    if length / limits.spacing > _MOST_POINTS:
-        raise InputError(
-            f"{where}: {length:.0f} {unit} at path.spacing {limits.spacing:g} are over {_MOST_POINTS} points; give a "
-            "larger spacing"
         )

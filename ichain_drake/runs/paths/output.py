@@ -11,10 +11,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import is_folder, reason_of, write_whole
 from ichain_drake.runs.paths.result import PathResult, PathRun
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import Episode, Readout, Recording, Strip, plot_paths, write_playback
-from ichain_drake.visualization.output import write_whole
 
 
 def prepare_folder(folder: Path) -> None:
@@ -27,8 +27,8 @@ def prepare_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=folder, prefix=".ichain-"):
             pass
-    except OSError as error:
-        raise InputError(f"{folder}: can't write there ({error.strerror or error}); give a writable folder") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder}: can't write there ({reason_of(error)}); give a writable folder") from None
 
 
 def prepare_file(file: Path) -> None:
@@ -37,7 +37,7 @@ def prepare_file(file: Path) -> None:
     Raises:
         InputError: if the folder can't be made or written, or a folder has the file's name.
     """
-    if file.is_dir():
+    if is_folder(file):
         raise InputError(f"{file}: is a folder; give the name of a file")
     if not _is_special(file):
         prepare_folder(file.parent)
@@ -45,7 +45,10 @@ def prepare_file(file: Path) -> None:
 
 def _is_special(file: Path) -> bool:
     """Whether it is a device or a pipe: such a one is written into, never replaced."""
-    return file.exists() and not file.is_file() and not file.is_dir()
+    try:
+        return file.exists() and not file.is_file() and not file.is_dir()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: can't be looked at ({reason_of(error)}); give another name") from None
 
 
 def write_report(report: dict[str, Any], file: Path) -> None:

@@ -10,11 +10,12 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import make_controller
 from ichain_drake.control.tracking.turns import check_turns
-from ichain_drake.demonstrations import Demonstration, read_demonstrations, write_demonstrations
+from ichain_drake.demonstrations import Demonstration, write_demonstrations
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedLink, learn_chain
 from ichain_drake.learning.chain.command import LearnedCommand
+from ichain_drake.runs.paths.demonstrations import read_for
 from ichain_drake.runs.paths.following import follow, measure_result, oracle_follow
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.scenarios.base import PathScenario, Progress
@@ -46,6 +47,7 @@ def run_paths(
     known: Mapping[str, LearnedLink] | None = None,
     known_command: LearnedCommand | None = None,
     oracle: bool = True,
+    resampled: bool = False,
     progress: Progress | None = None,
 ) -> None:
     """Do everything up to the report, filling `run`.
@@ -57,6 +59,7 @@ def run_paths(
         known: links from a library, by interaction name; what only they need is not demonstrated again.
         known_command: what the library knows about commanding the hand.
         oracle: whether to run the oracle on every path too.
+        resampled: whether to take demonstrations of another period to the library's.
         progress: called with a line at each step.
 
     Raises:
@@ -69,7 +72,7 @@ def run_paths(
     with threadpool_limits(limits=1):
         try:
             if demos is not None:
-                run.pieces = read_demonstrations(demos, run.scenario.graph)
+                run.pieces = read_for(run.scenario, demos, resampled=resampled, say=say)
             else:
                 record_pieces(run, keep_demos, say, set(known or ()))
             learn_to_follow(run, known, known_command, say)
@@ -155,16 +158,26 @@ def recorded_seconds(pieces: Sequence[Demonstration], graph: InteractionGraph) -
     return out
 
 
-def record_pieces(run: PathRun, keep: Path | None, say: Progress, known: Collection[str] = ()) -> None:
-    """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is written too."""
+def record_pieces(
+    run: PathRun, keep: Path | None, say: Progress, known: Collection[str] = (), *, overwrite: bool = False
+) -> None:
+    """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is written too.
+
+    Args:
+        run: gets them.
+        keep: folder for them.
+        say: called with a line before each.
+        known: interactions that need none.
+        overwrite: whether files in that folder may be replaced.
+    """
     try:
         with threadpool_limits(limits=1):  # as `run_paths`, whoever records
             for piece in run.scenario.record_demonstrations(say, known):
                 run.pieces.append(piece)
                 if keep is not None:
-                    write_demonstrations([piece], keep)
+                    write_demonstrations([piece], keep, overwrite=overwrite)
     except RecordingInterrupted as stopped:
         run.pieces.append(stopped.piece)
         if keep is not None:
-            write_demonstrations([stopped.piece], keep)
+            write_demonstrations([stopped.piece], keep, overwrite=overwrite)
         raise

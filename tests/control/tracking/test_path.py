@@ -158,3 +158,16 @@ def test_points_from_elsewhere_are_checked_too() -> None:
     check_points(LINE, "goal")
     with pytest.raises(InputError, match="goal: line 3, column y"):
         check_points(np.array([[0, 0], [1, np.nan]]), "goal")
+
+
+def test_a_path_in_any_dialect_and_its_unit(tmp_path: Path) -> None:
+    file = write(tmp_path, "# drawn by hand\nx [mm];y [m]\n1000,5;2\n3000;4\n")
+    np.testing.assert_allclose(read_path(file, ("x", "y"), "m"), [[1.0005, 2], [3, 4]])
+    np.testing.assert_allclose(read_path(file, ("x", "y")), [[1000.5, 2], [3000, 4]])  # in whatever they are
+    with pytest.raises(InputError, match=r"column x is in mm, a path here in px"):
+        read_path(file, ("x", "y"), "px")
+
+
+def test_more_points_than_memory_are_refused() -> None:
+    with pytest.raises(InputError, match="over 1000000 points; give a larger spacing"):
+        resample(np.array([[0.0, 0.0], [1e12, 0.0]]), 1.0)

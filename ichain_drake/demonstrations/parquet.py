@@ -1,0 +1,100 @@
+"""Tables as Parquet: read without trusting their metadata, written with units in it."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from ichain_drake.errors import InputError
+from ichain_drake.files import read_whole
+
+_METADATA_KEY = b"ichain_drake"
+_MOST_CELLS = 5 * 10**7  # 400 MB as numbers
+_MOST_PARTS = 10**4  # of a list in the file's own description: columns, row groups
+_MOST_TEXT = 10**7  # bytes of a text in it
+
+
+def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
+    """Read a table and the units in its metadata. What pandas says about its index there is not needed.
+
+    Args:
+        file: which.
+        what: it should be, for errors: `the demonstration`.
+
+    Raises:
+        InputError: if it is no Parquet, damaged, or too large.
+    """
+    data = read_whole(file, what)
+    if not data.startswith(b"PAR1"):
+        raise InputError(f"{file}: can't read {what}: it is no Parquet; write it anew, or as .csv")
+    try:
+        # From memory: of a name, pyarrow would read folders as columns (`run=1/log.parquet`).
+        with pq.ParquetFile(
+            pa.BufferReader(data),
+            thrift_container_size_limit=_MOST_PARTS,
+            thrift_string_size_limit=_MOST_TEXT,
+        ) as stored:
+            about = stored.metadata
+            # Each value counts, also of lists; a file may claim fewer rows than its parts hold.
+            values = sum(
+                about.row_group(i).column(j).num_values
+                for i in range(about.num_row_groups)
+                for j in range(about.row_group(i).num_columns)
+            )
+            cells = max(values, about.num_rows * about.num_columns)
+            if cells > _MOST_CELLS:
+                raise InputError(
+                    f"{file}: can't read {what}: it claims {cells} values, and {_MOST_CELLS} are read at most; split it"
+                )
+            table = stored.read(use_threads=False)
+        units = _units(table.schema.metadata or {}, file, what)
+        return _seconds(table.replace_schema_metadata(None).to_pandas()), units
+    except InputError:
+        raise
+    except (Exception, MemoryError) as error:  # whatever pyarrow makes of damage
+        line = (str(error).splitlines() or [""])[0][:200]
+        raise InputError(f"{file}: can't read {what}: {line or type(error).__name__}") from None
+
+
+def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, str]:
+    if _METADATA_KEY not in metadata:
+        return {}
+    try:
+        about: Any = json.loads(metadata[_METADATA_KEY])
+    except (ValueError, RecursionError):
+        about = None
+    units = about.get("units", {}) if isinstance(about, dict) else None
+    if not isinstance(units, dict) or not all(isinstance(u, str) for u in units.values()):
+        raise InputError(
+            f'{file}: can\'t read {what}: its metadata is {str(about)[:40]}, not {{"units": {{column: unit}}}}; write '
+            "it anew"
+        )
+    return units
+
+
+def _seconds(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with moments and spans of time as seconds, moments since the first."""
+    table.columns = pd.Index([str(c) for c in table.columns])
+    for i, kind in enumerate(table.dtypes):
+        if pd.api.types.is_datetime64_any_dtype(kind):
+            values = table.iloc[:, i]
+            table.isetitem(i, (values - values.min()).dt.total_seconds())
+        elif pd.api.types.is_timedelta64_dtype(kind):
+            table.isetitem(i, table.iloc[:, i].dt.total_seconds())
+    return table
+
+
+def parquet_bytes(table: pd.DataFrame, units: Mapping[str, str]) -> bytes:
+    """A table as the bytes of a Parquet file, with units in its metadata."""
+    stored = pa.Table.from_pandas(table, preserve_index=False)
+    metadata = {**(stored.schema.metadata or {}), _METADATA_KEY: json.dumps({"units": dict(units)}).encode()}
+    stream = io.BytesIO()
+    pq.write_table(stored.replace_schema_metadata(metadata), stream)
+    return stream.getvalue()
