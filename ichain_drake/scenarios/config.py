@@ -164,6 +164,7 @@ class PathConfig:
     spacing: float = 1.0
     smoothing: float = 40.0
     tolerance: float = 3.0
+    corridor: float = 10.0
 
     def limits(self) -> PathLimits:
         """The same as `PathLimits`.
@@ -174,7 +175,7 @@ class PathConfig:
         for item in fields(self):
             if not getattr(self, item.name) > 0:
                 raise InputError(f"path.{item.name} is {getattr(self, item.name)}; give a number above 0")
-        return PathLimits(self.speed, self.turn_rate, self.spacing, self.smoothing, self.tolerance)
+        return PathLimits(self.speed, self.turn_rate, self.spacing, self.smoothing, self.tolerance, self.corridor)
 
 
 @dataclass

@@ -111,7 +111,7 @@ def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
         except EpisodeInterrupted as stopped:
             log = whole_frames(stopped.log)
             if len(log.times) > 1:
-                run.results.append(measure_result(scenario, name, path, log, False, number))
+                run.results.append(measure_result(scenario, name, path, log, None, number))
             raise
         if scenario.no_oracle:
             result = replace(result, oracle_reason=f"{scenario.name} has no oracle: {scenario.no_oracle}")
@@ -124,7 +124,7 @@ def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
                 run.results[-1] = replace(result, oracle_error=other.error, oracle_reason="")
             else:
                 run.results[-1] = replace(result, oracle_reason="the oracle did not reach the path's end")
-    lost = [r.name for r in run.results if not r.completed]
+    lost = [f"{r.name} ({r.reason})" for r in run.results if not r.completed]
     run.reason = f"the end was not reached on: {', '.join(lost)}" if lost else "every path was followed to its end"
 
 
