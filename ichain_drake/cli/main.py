@@ -1,13 +1,14 @@
 """`ichain`: the command line. Each command is a thin layer over a function of `scenarios`.
 
-Exit status: 0 goal reached (or the command did its work), 1 goal not reached, 2 wrong usage or bad input with one line
-on stderr, 130 interrupted.
+Exit status: 0 goal reached (or the command did its work), 1 goal not reached, 2 wrong usage, bad input or an error that
+was not foreseen, with one line on stderr, 130 interrupted (143 by SIGTERM).
 """
 
 from __future__ import annotations
 
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,6 +17,9 @@ import click
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError
+
+TRACEBACK = "ICHAIN_TRACEBACK"
+"""Environment variable: set, an error that was not foreseen shows its traceback."""
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -37,6 +41,15 @@ def list_scenarios() -> None:
     for name, kind in SCENARIOS.items():
         config = load_config(kind.config_class, kind.config_path())
         print(f"{name:18} {config.description}")
+
+
+@app.command()
+@options("scenario")
+def settings(scenario: str) -> None:
+    """List what --set can change in a scenario: key, default, unit, allowed range and meaning."""
+    from ichain_drake.cli.settings import print_settings
+
+    print_settings(scenario)
 
 
 @app.command()
@@ -248,6 +261,17 @@ def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split())
 
 
+def _unforeseen(error: Exception) -> str:
+    """An error that nothing here foresaw, with the place in this package that it came from.
+
+    It must not end with status 1, which says that a goal was not reached.
+    """
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if "ichain_drake" in f.filename]
+    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    what = _one_line(error)[:300] or "no reason given"
+    return f"{type(error).__name__}: {what}{place}; this was not foreseen: {TRACEBACK}=1 shows where it came from"
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ichain`; returns the exit status.
 
@@ -277,10 +301,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         print("ichain: interrupted", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        # Whoever read our output has left; there is nobody to tell.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"ichain: {where}{error.strerror or _one_line(error)}", file=sys.stderr)
+        return 2
+    except Exception as error:
+        if os.environ.get(TRACEBACK):
+            raise
+        print(f"ichain: {_unforeseen(error)}", file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

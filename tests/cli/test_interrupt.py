@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pandas as pd
+import pytest
 
 STATUS = 130
 
@@ -16,13 +17,15 @@ STATUS = 130
 LISTENING = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from ichain_drake.cli.main import main
+from ichain_drake.cli.start import main
 sys.exit(main())
 """
 
 
-def interrupt(arguments: list[str], at: str, after: float) -> tuple[int, str, str]:
-    """Run `ichain` and send SIGINT some time after it has said something; gives status, stdout and stderr."""
+def interrupt(
+    arguments: list[str], at: str, after: float, number: signal.Signals = signal.SIGINT
+) -> tuple[int, str, str]:
+    """Run `ichain` and send a signal some time after it has said something; gives status, stdout and stderr."""
     process = subprocess.Popen(
         [sys.executable, "-c", LISTENING, *arguments],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"},
@@ -33,7 +36,7 @@ def interrupt(arguments: list[str], at: str, after: float) -> tuple[int, str, st
         said += line
         if at in line:
             time.sleep(after)
-            process.send_signal(signal.SIGINT)
+            process.send_signal(number)
             break
     out, err = process.communicate(timeout=60)
     return process.returncode, out, said + err
@@ -53,6 +56,33 @@ def test_while_recording_by_contact(tmp_path: Path):
     play = pd.read_parquet(tmp_path / "demonstrations" / "play.parquet")
     assert 2 < len(play) < 3000
     assert play.notna().all().all()
+
+
+def test_a_request_to_end_keeps_as_much(tmp_path: Path):
+    arguments = ["teach", "car_game", "--physics", "ideal", "--set", "learning.samples=5000", "-o", str(tmp_path)]
+    status, _, err = interrupt(arguments, "playing", 1.0, signal.SIGTERM)
+    assert status == 143, err
+    assert errors(err) == ["ichain: interrupted"]
+    assert [f.name for f in tmp_path.iterdir()] == ["play.parquet"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("after", [0.0, 0.3, 0.8, 1.5])
+def test_at_moments_of_the_imports(number: signal.Signals, after: float):
+    """From the first line of this package on; what Python does before that is Python's."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", "print(flush=True)\n" + LISTENING, "run", "car_game", "--physics", "ideal",
+         "--set", "learning.samples=100000", "-o", "/dev/null/x"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    process.stdout.readline()
+    time.sleep(0.1 + after)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    if process.returncode != 2:  # it was done before
+        assert process.returncode == 128 + number, err
+        assert errors(err) == ["ichain: interrupted"]
 
 
 def test_while_following(tmp_path: Path, small):

@@ -171,7 +171,7 @@ class TimedPath:
         return progress + int(np.argmin(np.sum((window - position) ** 2, axis=1)))
 
     def near_end(self, progress: int) -> bool:
-        """Whether an index is within the tolerance of the end, along the path; `Arrival` says whether it was reached."""
+        """Whether an index is within the tolerance of the end, along the path; see `Arrival` too."""
         return progress >= len(self.points) - 1 - self.limits.tolerance / self._spacing
 
 
