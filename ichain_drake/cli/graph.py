@@ -12,6 +12,7 @@ from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
 from ichain_drake.cli.run import RunFiles
 from ichain_drake.control.planning.format import format_plan
+from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
@@ -32,11 +33,12 @@ def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
     """The goal asked for, or the scenario's own.
 
     Raises:
-        InputError: if there is neither.
+        InputError: if there is neither, or it can't be read.
     """
     goal = tuple(expressions) or own_goal(scenario)
     if not goal:
         raise InputError(f"{scenario.name} has no goal of its own; give one with --goal 'object.variable >= value'")
+    check_goal_text(goal, scenario.graph)
     return goal
 
 
@@ -107,6 +109,8 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None, librar
     goal = _goal(scenario, expressions)
     spec = graph_spec(scenario.config)
     knowledge = _known(scenario, library)
+    if demos is not None and not demos.exists():
+        raise InputError(f"{demos}: no such folder of demonstrations")
     with Reporter() as say:
 
         def show(known: Collection[Interaction]) -> Sequence[Demonstration]:

@@ -7,6 +7,7 @@ was not foreseen, with one line on stderr, 130 interrupted (143 by SIGTERM).
 from __future__ import annotations
 
 import os
+import re
 import sys
 import traceback
 from collections.abc import Sequence
@@ -54,7 +55,8 @@ def settings(scenario: str) -> None:
 
 @app.command()
 @options("scenario", "physics", "seed")
-@click.option("--path", type=PATH, metavar="FILE.csv", help="follow this path: columns x, y")
+@click.option("--path", type=PATH, metavar="FILE.csv", multiple=True, help="follow this path: columns x, y")
+@click.option("--smooth", is_flag=True, help="round the corners of --path as far as the demonstrations ask for")
 @click.option("--paths", metavar="NAME ...", multiple=True, help="reference paths to follow")
 @click.argument("more", nargs=-1, metavar="")
 @click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
@@ -70,7 +72,8 @@ def run(
     scenario: str,
     physics: str,
     seed: int,
-    path: Path | None,
+    path: tuple[Path, ...],
+    smooth: bool,
     paths: tuple[str, ...],
     more: tuple[str, ...],
     goal: tuple[str, ...],
@@ -99,13 +102,24 @@ def run(
     loaded = scenario_named(scenario, settings, physics, seed)
     files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
     if not isinstance(loaded, PathScenario):
-        if path is not None or paths:
+        if path or paths:
             raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
         return run_goal_scenario(loaded, files, [*goal, *more], demos, library, meshcat=meshcat, realtime=realtime)
     if goal:
         raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
+    if smooth and not path:
+        raise IchainError("--smooth is for --path: reference paths are smooth")
     return run_path_scenario(
-        loaded, files, path, [*paths, *more], demos, library, oracle=oracle, meshcat=meshcat, realtime=realtime
+        loaded,
+        files,
+        path,
+        [*paths, *more],
+        demos,
+        library,
+        oracle=oracle,
+        smooth=smooth,
+        meshcat=meshcat,
+        realtime=realtime,
     )
 
 
@@ -272,6 +286,11 @@ def _unforeseen(error: Exception) -> str:
     return f"{type(error).__name__}: {what}{place}; this was not foreseen: {TRACEBACK}=1 shows where it came from"
 
 
+def _readable(arguments: Sequence[str]) -> list[str]:
+    """The arguments, with a space before a comparison that starts with a negative number: that is no option."""
+    return [f" {text}" if re.match(r"-\.?\d[^<>=]*[<>=]", text) else text for text in arguments]
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ichain`; returns the exit status.
 
@@ -280,7 +299,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         # Not `app.main`: it answers Ctrl-C with an empty line, and a reader that left with status 1.
-        with app.make_context("ichain", list(sys.argv[1:] if arguments is None else arguments)) as context:
+        with app.make_context("ichain", _readable(sys.argv[1:] if arguments is None else arguments)) as context:
             status = app.invoke(context)
         sys.stdout.flush()
         return status if isinstance(status, int) else 0

@@ -59,7 +59,9 @@ class LinkConfig:
     Attributes:
         interaction: `parent->child`.
         forward, inverse: estimators, as `name(parameter=value, ...)`.
-        features, forward_actions, aims: see `LinkCandidates`.
+        features: kinds of features that are tried.
+        forward_actions: which of the parent's states forward models may have as their action.
+        aims: how many ticks ahead inverse models may aim.
         screening: an estimator, or empty for none; see `LinkCandidates`.
     """
 

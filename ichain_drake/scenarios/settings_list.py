@@ -107,7 +107,7 @@ def _attributes(lines: Sequence[str]) -> dict[str, str]:
         elif inside:
             found |= {name: f"{found[name]} {line.strip()}" for name in names}
     # "see `GraphConfig`" says nothing that the base's own docstring does not say better.
-    return {name: text for name, text in found.items() if not re.match(r"see (`\w+`|there)\b", text)}
+    return {name: text for name, text in found.items() if not re.match(r"see (`\w+`|there)(\W|$)", text)}
 
 
 def markdown_table(lines: Sequence[SettingLine]) -> str:

@@ -13,6 +13,8 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.format import counted
+from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.goals import gap, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import SkillFunction
@@ -208,6 +210,7 @@ def run_graph(
     """
     say = progress or (lambda line: None)
     asked = graph_spec(run.scenario.config)
+    check_goal_text(run.expressions, run.scenario.graph)
 
     def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
         if demos is not None:
@@ -236,7 +239,7 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
         found = knowledge.planner.plan(now, goal, cautious)
         if run.plan is None:
             run.plan = found
-        say("no plan" if isinstance(found, NoPlan) else f"executing {len(found.steps)} steps")
+        say("no plan" if isinstance(found, NoPlan) else f"executing {counted(found)}")
         return found
 
     motion = run.scenario.make_motion() if isinstance(run.scenario, PlansMotion) else None
@@ -275,6 +278,9 @@ def _wrong(run: GraphRun) -> str:
     for e in run.goal.inactive:
         if run.log.active[e.child][-1, graph.parents(e.child).index(e.parent)] > 0.5:  # noqa: PLR2004 - a flag
             return f"{e.name} is still active"
+    for e in run.goal.active:
+        if run.log.active[e.child][-1, graph.parents(e.child).index(e.parent)] < 0.5:  # noqa: PLR2004 - a flag
+            return f"{e.name} is not active"
     return ""
 
 
