@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,12 +68,13 @@ class RunFiles:
 def run_path_scenario(
     scenario: PathScenario,
     files: RunFiles,
-    path: Path | None,
+    path: Sequence[Path],
     names: list[str],
     demos: Path | None,
     library: Path | None,
     *,
     oracle: bool,
+    smooth: bool = False,
     meshcat: bool = False,
     realtime: bool = False,
 ) -> int:
@@ -85,9 +87,13 @@ def run_path_scenario(
         InputError: on bad input.
         UnreachableError: if the arm can't get where it has to; the report is written first.
     """
-    if path is not None and names:
+    if path and names:
         raise InputError("--path and --paths: give one of the two")
-    started = PathRun(scenario, choose_paths(scenario, names, path))
+    chosen = choose_paths(scenario, names, path)
+    check_settings(scenario)
+    if demos is not None and not demos.exists():
+        raise InputError(f"{demos}: no such folder of demonstrations")
+    started = PathRun(scenario, chosen, smooth=smooth)
     files.prepare()
     known, command = None, None
     if library is not None:

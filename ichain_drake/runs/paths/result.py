@@ -73,6 +73,7 @@ class PathRun:
     Attributes:
         scenario: what runs.
         paths: to follow, by name.
+        smooth: whether corners of the paths are rounded as far as the demonstrations ask for.
         pieces: demonstrations.
         chain: learned links.
         controller: built from them.
@@ -83,6 +84,7 @@ class PathRun:
 
     scenario: PathScenario
     paths: dict[str, TimedPath] = field(default_factory=dict)
+    smooth: bool = False
     pieces: list[Demonstration] = field(default_factory=list)
     chain: LearnedChain | None = None
     controller: ChainController | None = None

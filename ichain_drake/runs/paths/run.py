@@ -9,7 +9,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import make_controller
-from ichain_drake.control.tracking.turns import check_turns
+from ichain_drake.control.tracking.turns import check_turns, smooth_path
 from ichain_drake.demonstrations import Demonstration, read_demonstrations, write_demonstrations
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import InteractionGraph
@@ -96,7 +96,11 @@ def _learn(
         known_command,
     )
     for name, path in run.paths.items():
-        check_turns(path, run.chain, f"path {name}", scenario.unit)
+        where = f"path {name}"
+        if run.smooth:
+            run.paths[name], off = smooth_path(path, run.chain, where, scenario.unit)
+            say(f"{where}: smoothed, by {off:.3g} {scenario.unit} at most")
+        check_turns(run.paths[name], run.chain, where, scenario.unit)
     run.controller = make_controller(run.chain, control.method, scenario.path_limits(), control.candidates(), say)
 
 
