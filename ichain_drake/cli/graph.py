@@ -10,7 +10,7 @@ from typing import Any
 
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
-from ichain_drake.cli.run import RunFiles
+from ichain_drake.cli.run import RunFiles, check_there
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.plan import Plan
@@ -68,6 +68,7 @@ def run_goal_scenario(
     run = GraphRun(scenario, _goal(scenario, expressions))
     graph_spec(scenario.config)  # refuses what is not for it, before anything is written
     known = _known(scenario, library)
+    check_there(demos)
     files.prepare()
     interrupted = False
     with Reporter() as say, shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell):
@@ -109,8 +110,7 @@ def print_plan(scenario: Any, expressions: list[str], demos: Path | None, librar
     goal = _goal(scenario, expressions)
     spec = graph_spec(scenario.config)
     knowledge = _known(scenario, library)
-    if demos is not None and not demos.exists():
-        raise InputError(f"{demos}: no such folder of demonstrations")
+    check_there(demos)
     with Reporter() as say:
 
         def show(known: Collection[Interaction]) -> Sequence[Demonstration]:

@@ -65,6 +65,16 @@ class RunFiles:
             prepare_file(Path(self.report) if self.report else self.folder / "report.json")
 
 
+def check_there(demos: Path | None) -> None:
+    """Refuse demonstrations that are not there, before anything is written.
+
+    Raises:
+        InputError: naming the folder.
+    """
+    if demos is not None and not demos.exists():
+        raise InputError(f"{demos}: no such folder of demonstrations")
+
+
 def run_path_scenario(
     scenario: PathScenario,
     files: RunFiles,
@@ -91,8 +101,7 @@ def run_path_scenario(
         raise InputError("--path and --paths: give one of the two")
     chosen = choose_paths(scenario, names, path)
     check_settings(scenario)
-    if demos is not None and not demos.exists():
-        raise InputError(f"{demos}: no such folder of demonstrations")
+    check_there(demos)
     started = PathRun(scenario, chosen, smooth=smooth)
     files.prepare()
     known, command = None, None

@@ -88,7 +88,7 @@ def test_path_and_paths_exclude_each_other_and_names_are_known(refused, bend_csv
 
 def test_two_paths_have_names_of_their_own_and_smoothing_is_for_them(refused, bend_csv, csv, tmp_path):
     (tmp_path / "other").mkdir()
-    again = (tmp_path / "other" / bend_csv.name)
+    again = tmp_path / "other" / bend_csv.name
     again.write_bytes(bend_csv.read_bytes())
     assert "another path is called bend, too" in refused("--path", bend_csv, "--path", again)
     assert "nix.csv: can't read the path" in refused("--path", bend_csv, "--path", tmp_path / "nix.csv")

@@ -17,7 +17,7 @@ from ichain_drake.state import FloatArray
 _MIN_POINTS = 2
 
 
-def read_path(file: Path, columns: tuple[str, ...]) -> FloatArray:
+def read_path(file: str | Path, columns: tuple[str, ...]) -> FloatArray:
     """Read a path from a CSV file with one column a coordinate.
 
     Args:
@@ -30,6 +30,7 @@ def read_path(file: Path, columns: tuple[str, ...]) -> FloatArray:
     Raises:
         InputError: if it can't be read, a column is missing, a value is not a number, or there are under two points.
     """
+    file = Path(file)
     try:
         table = pd.read_csv(file)
     except (OSError, ValueError) as error:

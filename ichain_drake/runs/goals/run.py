@@ -183,8 +183,8 @@ def record_pieces(
 def run_graph(
     run: GraphRun,
     *,
-    demos: Path | None = None,
-    keep_demos: Path | None = None,
+    demos: str | Path | None = None,
+    keep_demos: str | Path | None = None,
     knowledge: Knowledge | LibraryParts | None = None,
     spec: InteractionSpec | None = None,
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
@@ -208,6 +208,8 @@ def run_graph(
         InputError: on bad demonstrations, a goal that can't be read, or a setting that is for paths.
         EpisodeInterrupted, RecordingInterrupted: on Ctrl-C; `run` keeps what there is.
     """
+    keep_demos = None if keep_demos is None else Path(keep_demos)
+    demos = None if demos is None else Path(demos)
     say = progress or (lambda line: None)
     asked = graph_spec(run.scenario.config)
     check_goal_text(run.expressions, run.scenario.graph)

@@ -15,6 +15,7 @@ from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedLink, learn_chain
 from ichain_drake.learning.chain.command import LearnedCommand
+from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.runs.paths.following import follow, measure_result, oracle_follow
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.scenarios.base import PathScenario, Progress
@@ -30,10 +31,14 @@ def check_settings(scenario: PathScenario) -> None:
     Raises:
         InputError: on an unknown estimator or parameter; names the interaction.
     """
+    tried: set[str] = set()
     for name, link in scenario.config.learning.candidates().items():
         for spec in (*link.forward, *link.inverse, *([link.screening] if link.screening else [])):
+            if str(spec) in tried:
+                continue
+            tried.add(str(spec))
             try:
-                spec.make()
+                try_out(spec.make())
             except (ValueError, TypeError) as error:  # InputError is one; constructors may raise both
                 raise InputError(f"{name}: {spec}: {error}") from None
 
@@ -41,8 +46,8 @@ def check_settings(scenario: PathScenario) -> None:
 def run_paths(
     run: PathRun,
     *,
-    demos: Path | None = None,
-    keep_demos: Path | None = None,
+    demos: str | Path | None = None,
+    keep_demos: str | Path | None = None,
     known: Mapping[str, LearnedLink] | None = None,
     known_command: LearnedCommand | None = None,
     oracle: bool = True,
@@ -63,6 +68,8 @@ def run_paths(
         InputError: on bad settings, demonstrations or paths.
         UnreachableError: if the arm can't get where it has to; `run.reason` says why.
     """
+    keep_demos = None if keep_demos is None else Path(keep_demos)
+    demos = None if demos is None else Path(demos)
     check_settings(run.scenario)
     say = progress or (lambda line: None)
     # One BLAS thread: the matrices are small, and sums must not depend on how many cores there are.
