@@ -15,9 +15,12 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 import ichain_drake
+from ichain_drake.scenarios.settings_list import list_settings, markdown_table
+from ichain_drake.systems import SCENARIOS
 
 ROOT = Path(__file__).parent.parent
 HOW_TO = "How to"
+SETTINGS = "reference/settings_of_scenarios.md"
 LINK = re.compile(r"(?<=\]\()([^)\s]+)(?=\))")
 CODE = re.compile(r"(^```.*?^```|`[^`\n]*`)", re.MULTILINE | re.DOTALL)
 FENCE = "~" * 8
@@ -44,6 +47,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     listed = str(config.nav)
     sections[HOW_TO] += [p.name for p in sorted((ROOT / "docs").glob("*.md")) if p.name not in listed]
     sections["Tutorials"] += list(NOTEBOOKS.values())
+    sections[HOW_TO].append({"settings": SETTINGS})
     sections["API reference"] += [{group: f"reference/{group}.md"} for group in sorted(reference())]
     return config
 
@@ -52,6 +56,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are not in `docs`."""
     for source, uri in PAGES.items():
         files.append(File.generated(config, uri, content=(ROOT / source).read_text()))
+    files.append(File.generated(config, SETTINGS, content=_settings()))
     for group, names in reference().items():
         text = importlib.import_module(f"ichain_drake.{group}").__doc__ or ""
         content = "\n\n".join([f"# {group}", text, *(f"::: {name}" for name in names)])
@@ -80,6 +85,14 @@ def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, files: 
     parts[::2] = [LINK.sub(to_page, text) for text in parts[::2]]
     # Code in the text of a link splits it: what follows begins with the link's end and is handled like any text.
     return "".join(parts)
+
+
+def _settings() -> str:
+    """The settings of every scenario, from what `ichain settings` prints."""
+    parts = ["# Settings", "What `--set key=value` changes; `ichain settings SCENARIO` prints the same."]
+    for name, kind in SCENARIOS.items():
+        parts += [f"## {name}", markdown_table(list_settings(kind))]
+    return "\n\n".join(parts)
 
 
 def _pages_of_docs() -> Iterator[str]:

@@ -2,6 +2,6 @@
 
 import sys
 
-from ichain_drake.cli.main import main
+from ichain_drake.cli.start import main
 
 sys.exit(main())

@@ -10,8 +10,9 @@ from typing import Any
 
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
-from ichain_drake.cli.run import RunFiles
+from ichain_drake.cli.run import RunFiles, check_there
 from ichain_drake.control.planning.format import format_plan
+from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.demonstrations.quality import tell_findings
@@ -34,11 +35,12 @@ def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
     """The goal asked for, or the scenario's own.
 
     Raises:
-        InputError: if there is neither.
+        InputError: if there is neither, or it can't be read.
     """
     goal = tuple(expressions) or own_goal(scenario)
     if not goal:
         raise InputError(f"{scenario.name} has no goal of its own; give one with --goal 'object.variable >= value'")
+    check_goal_text(goal, scenario.graph)
     return goal
 
 
@@ -70,6 +72,7 @@ def run_goal_scenario(
     graph_spec(scenario.config)  # refuses what is not for it, before anything is written
     files.check_apart()
     known = _known(scenario, library)
+    check_there(demos)
     files.prepare()
     interrupted = False
     with (
@@ -117,6 +120,7 @@ def print_plan(
     goal = _goal(scenario, expressions)
     spec = graph_spec(scenario.config)
     knowledge = _known(scenario, library)
+    check_there(demos)
     with Reporter() as say:
 
         def show(known: Collection[Interaction]) -> Sequence[Demonstration]:

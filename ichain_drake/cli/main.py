@@ -1,13 +1,15 @@
 """`ichain`: the command line. Each command is a thin layer over a function of `scenarios`.
 
-Exit status: 0 goal reached (or the command did its work), 1 goal not reached, 2 wrong usage or bad input with one line
-on stderr, 130 interrupted.
+Exit status: 0 goal reached (or the command did its work), 1 goal not reached, 2 wrong usage, bad input or an error that
+was not foreseen, with one line on stderr, 130 interrupted (143 by SIGTERM).
 """
 
 from __future__ import annotations
 
 import os
+import re
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,6 +20,9 @@ from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError, WorkerLostError
+
+TRACEBACK = "ICHAIN_TRACEBACK"
+"""Environment variable: set, an error that was not foreseen shows its traceback."""
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -42,8 +47,18 @@ def list_scenarios() -> None:
 
 
 @app.command()
+@options("scenario")
+def settings(scenario: str) -> None:
+    """List what --set can change in a scenario: key, default, unit, allowed range and meaning."""
+    from ichain_drake.cli.settings import print_settings
+
+    print_settings(scenario)
+
+
+@app.command()
 @options("scenario", "physics", "seed")
-@click.option("--path", type=PATH, metavar="FILE.csv", help="follow this path: columns x, y")
+@click.option("--path", type=PATH, metavar="FILE.csv", multiple=True, help="follow this path: columns x, y")
+@click.option("--smooth", is_flag=True, help="round the corners of --path as far as the demonstrations ask for")
 @click.option("--paths", metavar="NAME ...", multiple=True, help="reference paths to follow")
 @click.argument("more", nargs=-1, metavar="")
 @click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
@@ -59,7 +74,8 @@ def run(
     scenario: str,
     physics: str,
     seed: int,
-    path: Path | None,
+    path: tuple[Path, ...],
+    smooth: bool,
     paths: tuple[str, ...],
     more: tuple[str, ...],
     goal: tuple[str, ...],
@@ -92,16 +108,18 @@ def run(
     files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
     with rules.without(without):
         if not isinstance(loaded, PathScenario):
-            if path is not None or paths:
+            if path or paths:
                 raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
             return run_goal_scenario(
                 loaded, files, [*goal, *more], demos, library, resampled=resample, meshcat=meshcat, realtime=realtime
             )
         if goal:
             raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
+        if smooth and not path:
+            raise IchainError("--smooth is for --path: reference paths are smooth")
         return run_path_scenario(
-            loaded, files, path, [*paths, *more], demos, library, oracle=oracle, resampled=resample, meshcat=meshcat,
-            realtime=realtime,
+            loaded, files, path, [*paths, *more], demos, library, oracle=oracle, resampled=resample, smooth=smooth,
+            meshcat=meshcat, realtime=realtime,
         )  # fmt: skip
 
 
@@ -275,6 +293,22 @@ def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split())
 
 
+def _unforeseen(error: Exception) -> str:
+    """An error that nothing here foresaw, with the place in this package that it came from.
+
+    It must not end with status 1, which says that a goal was not reached.
+    """
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if "ichain_drake" in f.filename]
+    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    what = _one_line(error)[:300] or "no reason given"
+    return f"{type(error).__name__}: {what}{place}; this was not foreseen: {TRACEBACK}=1 shows where it came from"
+
+
+def _readable(arguments: Sequence[str]) -> list[str]:
+    """The arguments, with a space before a comparison that starts with a negative number: that is no option."""
+    return [f" {text}" if re.match(r"-\.?\d[^<>=]*[<>=]", text) else text for text in arguments]
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point of `ichain`; returns the exit status.
 
@@ -283,7 +317,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         # Not `app.main`: it answers Ctrl-C with an empty line, and a reader that left with status 1.
-        with app.make_context("ichain", list(sys.argv[1:] if arguments is None else arguments)) as context:
+        with app.make_context("ichain", _readable(sys.argv[1:] if arguments is None else arguments)) as context:
             status = app.invoke(context)
         sys.stdout.flush()
         return status if isinstance(status, int) else 0
@@ -304,10 +338,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         print("ichain: interrupted", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        # Whoever read our output has left; there is nobody to tell.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"ichain: {where}{error.strerror or _one_line(error)}", file=sys.stderr)
+        return 2
+    except Exception as error:
+        if os.environ.get(TRACEBACK):
+            raise
+        print(f"ichain: {_unforeseen(error)}", file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
@@ -93,16 +94,27 @@ class RunFiles:
             prepare_file(Path(self.report) if self.report else self.folder / "report.json")
 
 
+def check_there(demos: Path | None) -> None:
+    """Refuse demonstrations that are not there, before anything is written.
+
+    Raises:
+        InputError: naming the folder.
+    """
+    if demos is not None and not demos.exists():
+        raise InputError(f"{demos}: no such folder of demonstrations")
+
+
 def run_path_scenario(
     scenario: PathScenario,
     files: RunFiles,
-    path: Path | None,
+    path: Sequence[Path],
     names: list[str],
     demos: Path | None,
     library: Path | None,
     *,
     oracle: bool,
     resampled: bool = False,
+    smooth: bool = False,
     meshcat: bool = False,
     realtime: bool = False,
 ) -> int:
@@ -115,10 +127,13 @@ def run_path_scenario(
         InputError: on bad input.
         UnreachableError: if the arm can't get where it has to; the report is written first.
     """
-    if path is not None and names:
+    if path and names:
         raise InputError("--path and --paths: give one of the two")
     files.check_apart(path)
-    started = PathRun(scenario, choose_paths(scenario, names, path))
+    chosen = choose_paths(scenario, names, path)
+    check_settings(scenario)
+    check_there(demos)
+    started = PathRun(scenario, chosen, smooth=smooth)
     files.prepare()
     known, command = None, None
     if library is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from ichain_drake.learning.agreement import disagreements
 from ichain_drake.learning.data import GraphData, collect
 from ichain_drake.learning.effects.alignment import learn_alignment
 from ichain_drake.learning.effects.effects import MOVING, learn_effects
+from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.known import KnownObject, KnownParts, joined_examples, typical_row
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.noise import measurement_std
@@ -28,7 +29,7 @@ from ichain_drake.state import FloatArray
 
 
 def learn_interactions(
-    pieces: Sequence[Demonstration],
+    pieces: Iterable[Demonstration],
     graph: InteractionGraph,
     spec: InteractionSpec | None = None,
     known: KnownParts | None = None,
@@ -46,7 +47,8 @@ def learn_interactions(
         InputError: on data that can't be learned from, in one line that names piece, edge and remedy.
     """
     # One BLAS thread: the same models in every bit for any number of processors, and faster on arrays this small.
-    with threadpool_limits(limits=1, user_api="blas"):
+    pieces = list(pieces)
+    with threadpool_limits(limits=1, user_api="blas"), collected_warnings():
         known = known or KnownParts()
         if not pieces and known.is_whole(graph):
             return _assembled(graph, known)

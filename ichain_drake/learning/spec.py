@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning.chain.link import EstimatorSpec, specs_of
 from ichain_drake.learning.status.box import BoxClassifier
 
 
@@ -37,6 +37,11 @@ class InteractionSpec:
         status_estimators: classifiers with a decision function that can be frozen (see `learning.frozen.FREEZABLE`);
             beside those of the library `box` (see `BoxClassifier`).
         window: effects are judged over this many successive ticks [ticks]: slow ones drown in one tick's noise.
+
+    Estimators may be given as `EstimatorSpec`, as text such as `Ridge(alpha=1.0)`, or as scikit-learn objects.
+
+    Raises:
+        InputError: on what is no estimator, or an object that can't be fitted or frozen.
     """
 
     effect_estimators: tuple[EstimatorSpec, ...] = _specs(
@@ -53,3 +58,7 @@ class InteractionSpec:
         "SVC(C=300.0, gamma=3.0, class_weight='balanced')",
     )
     window: int = 12
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "effect_estimators", specs_of(self.effect_estimators))
+        object.__setattr__(self, "status_estimators", specs_of(self.status_estimators, classifier=True))

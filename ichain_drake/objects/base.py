@@ -17,6 +17,9 @@ from ichain_drake.timing import FRAME
 ParentStates = Mapping[str, FloatArray]
 
 
+_LARGEST = 1e12  # in any unit: squares and sums of what is larger lose everything else
+
+
 @dataclass(frozen=True)
 class ObjectSettings:
     """What a run decides about an object.
@@ -220,12 +223,31 @@ class WorldObject(LeafSystem):
         noise = self._process_noise.at(frame) * self.settings.noise_scale
         active: dict[str, Any] = {p: np.float64(on) for p, on in modes.items()}
         stepped = self.step(state, parents, active, noise, FRAME)
-        if np.shape(stepped) != state.shape:
-            raise InputError(f"{self.get_name()}: step gave shape {np.shape(stepped)} for a state {state.shape}")
-        if not np.isfinite(stepped).all():
-            bad = self.state_space.names[int(np.argmin(np.isfinite(stepped)))]
-            raise InputError(f"{self.get_name()}: step gave a non-finite {bad} at t = {context.get_time():.3f} s")
-        return np.array(stepped, dtype=float)  # a step may return the state it was given, which belongs to the context
+        return self._checked(stepped, state, context.get_time())
+
+    def _checked(self, stepped: Any, state: FloatArray, time: float) -> FloatArray:
+        """What a step gave, as a new array: a step may return the state it was given, which belongs to the context.
+
+        Raises:
+            InputError: on another shape, or a variable that is no number or larger than anything measured.
+        """
+        where, when = f"{self.get_name()}: step gave", f"at t = {time:.3f} s"
+        try:
+            given = np.asarray(stepped)
+            out = given.astype(float) if given.dtype.kind in "fiub" else None
+        except (TypeError, ValueError):
+            given, out = None, None
+        if given is None or out is None:
+            what = type(stepped).__name__ if given is None else f"values of type {given.dtype}"
+            raise InputError(f"{where} {what}, not numbers, {when}")
+        if out.shape != state.shape:
+            raise InputError(f"{where} shape {out.shape} for a state {state.shape} {when}")
+        wrong = ~(np.abs(out) <= _LARGEST)
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            what = f"{out[k]:g} for" if np.isfinite(out[k]) else "a non-finite"
+            raise InputError(f"{where} {what} {self.state_space.names[k]} {when}")
+        return out
 
     def _initialize(self, context: Context, state: State) -> None:
         """Decide at initialization which interactions are active, so that outputs are right before the first event.

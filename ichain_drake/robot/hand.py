@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ichain_drake.errors import InputError
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 FRAME = "robot"
@@ -51,8 +52,8 @@ class SphereSurface:
         radius: [m].
     """
 
-    center: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    radius: float = 0.1
+    center: list[float] = setting(lambda: [0.0, 0.0, 0.0], "m", size=3, lower=-10, upper=10)
+    radius: float = setting(0.1, "m", above=0, upper=10)
 
     def height(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Height z [m] at x, y [m] of any one shape; outside the sphere's outline, that of its equator."""
@@ -70,8 +71,8 @@ class RingPath:
         radius: [m].
     """
 
-    center: list[float] = field(default_factory=lambda: [0.0, 0.0])
-    radius: float = 0.1
+    center: list[float] = setting(lambda: [0.0, 0.0], "m", size=2, lower=-10, upper=10)
+    radius: float = setting(0.1, "m", above=0, upper=10)
 
     def check(self, exposed: Collection[str]) -> None:
         """Refuse a ring that can't be kept to.
@@ -106,10 +107,10 @@ class HandSpec:
     """
 
     exposed: list[str] = field(default_factory=lambda: list(HAND.names))
-    held: dict[str, float] = field(default_factory=dict)
+    held: dict[str, float] = setting(dict, "m or rad")
     surface: SphereSurface | None = None
-    bounds: dict[str, list[float]] = field(default_factory=dict)
-    noise_std: dict[str, float] = field(default_factory=dict)
+    bounds: dict[str, list[float]] = setting(dict, "m or rad")
+    noise_std: dict[str, float] = setting(dict, "m or rad", lower=0, upper=1)
     ring: RingPath | None = None
 
     # Set up at first use, not in __post_init__: Drake's YAML reader fills the fields after construction.

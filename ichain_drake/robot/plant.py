@@ -48,8 +48,14 @@ class RobotPlant:
         """Positions of the driven fingers, shape (n_fingers,).
 
         Raises:
-            InputError: if one is missing.
+            InputError: if one is missing, or is none of the gripper's.
         """
+        known = [] if self.gripper is None else [
+            self.plant.get_joint(j).name() for j in self.plant.GetJointIndices(self.gripper)
+        ]  # fmt: skip
+        for name in positions if known else ():
+            if name not in known:
+                raise InputError(f"robot.{where}: there is no joint {name!r}; the gripper has {', '.join(known)}")
         for name in self.fingers:
             if name not in positions:
                 raise InputError(f"robot.{where}: no position for the driven joint {name}")

@@ -13,6 +13,7 @@ from pydrake.multibody.parsing import ModelDirective
 
 from ichain_drake.errors import InputError
 from ichain_drake.robot.hand import HAND, HandSpec
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray
 
 DEFAULT_ARM = "package://ichain_drake_models/robots/gen3_gripper.dmd.yaml"
@@ -28,8 +29,8 @@ class Posture:
             axis is vertical.
     """
 
-    pitch: float = 0.0
-    joints: list[float] = field(default_factory=list)
+    pitch: float = setting(0.0, "rad")
+    joints: list[float] = setting(list, "rad or m")
 
 
 def _gen3_postures() -> list[Posture]:
@@ -86,26 +87,30 @@ class RobotSpec:
     model: str = DEFAULT_ARM
     directives: list[ModelDirective] = field(default_factory=list)
     scenery: list[ModelDirective] = field(default_factory=list)
-    arm: str = "arm"
+    arm: str = setting("arm", filled=True)
     gripper: str = "gripper"
-    hand_frame: str = "tcp"
+    hand_frame: str = setting("tcp", filled=True)
     hand: HandSpec = field(default_factory=HandSpec)
-    home: dict[str, float] = field(default_factory=lambda: {"x": 0.45, "y": 0.0, "z": 0.25})
-    kp: list[float] = field(default_factory=lambda: [10000.0] * 4 + [3000.0] * 3)
-    kd: list[float] = field(default_factory=lambda: [130.0] * 4 + [30.0] * 3)
-    gripper_kp: float = 4000.0
-    gripper_kd: float = 60.0
-    gripper_open: dict[str, float] = field(default_factory=lambda: {"finger_left": 0.04, "finger_right": 0.04})
-    gripper_closed: dict[str, float] = field(default_factory=lambda: {"finger_left": -0.02, "finger_right": -0.02})
-    gripper_speed: float = 0.2
+    home: dict[str, float] = setting(lambda: {"x": 0.45, "y": 0.0, "z": 0.25}, "m or rad")
+    kp: list[float] = setting(lambda: [10000.0] * 4 + [3000.0] * 3, "Nm/rad", above=0, upper=1e7, filled=True)
+    kd: list[float] = setting(lambda: [130.0] * 4 + [30.0] * 3, "Nms/rad", above=0, upper=1e7, filled=True)
+    gripper_kp: float = setting(4000.0, "N/m", above=0, upper=1e7)
+    gripper_kd: float = setting(60.0, "Ns/m", above=0, upper=1e7)
+    gripper_open: dict[str, float] = setting(
+        lambda: {"finger_left": 0.04, "finger_right": 0.04}, "m", lower=-1, upper=1
+    )
+    gripper_closed: dict[str, float] = setting(
+        lambda: {"finger_left": -0.02, "finger_right": -0.02}, "m", lower=-1, upper=1
+    )
+    gripper_speed: float = setting(0.2, "m/s", above=0, upper=10)
     postures: list[Posture] = field(default_factory=_gen3_postures)
-    posture_weights: list[float] = field(default_factory=lambda: [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0])
-    posture_gain: float = 2.0
-    linear_speed: float = 0.4
-    angular_speed: float = 2.0
-    speed_scale: float = 1.0
-    plant_step: float = 1.0 / 120.0
-    ik_rate: int = 60
+    posture_weights: list[float] = setting(lambda: [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0], lower=0, upper=1e6)
+    posture_gain: float = setting(2.0, "1/s", lower=0, upper=1000)
+    linear_speed: float = setting(0.4, "m/s", above=0, upper=10)
+    angular_speed: float = setting(2.0, "rad/s", above=0, upper=100)
+    speed_scale: float = setting(1.0, above=0, upper=10)
+    plant_step: float = setting(1.0 / 120.0, "s", lower=1e-4, upper=1.0 / 30.0)
+    ik_rate: int = setting(60, "1/s", lower=30, upper=7680)
 
     def home_hand(self) -> FloatArray:
         """The full hand state at start, shape (7,): `home`, over what the hand holds.

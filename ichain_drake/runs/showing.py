@@ -27,7 +27,7 @@ class PlaybackPage:
     content: str = field(repr=False)
     height: int = 560
 
-    def write(self, file: Path) -> None:
+    def write(self, file: str | Path) -> None:
         """Write it as a file that a browser opens.
 
         Raises:

@@ -3,15 +3,15 @@
 # No `from __future__ import annotations`: Drake's typed YAML reader needs the fields' types themselves.
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, Protocol, TypeVar
 
 import numpy as np
 
 from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.config_checks import check_numbers
 from ichain_drake.scenarios.graph_scenario import GraphConfig, GraphScenario
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray
 
 MODELS = "package://ichain_drake_models"
@@ -38,7 +38,7 @@ class ApplianceConfig(GraphConfig):
         camera_shift: the robot frame's origin in the camera frame [m].
     """
 
-    camera_shift: list[float] = field(default_factory=lambda: [0.03, -0.02, -0.05])
+    camera_shift: list[float] = setting(lambda: [0.03, -0.02, -0.05], "m", size=3, lower=-10, upper=10)
 
 
 class Appliance(GraphScenario[StartT]):
@@ -51,11 +51,6 @@ class Appliance(GraphScenario[StartT]):
     config_class: ClassVar[type[ScenarioConfig]] = ApplianceConfig
     features: ClassVar[tuple[str, ...]] = ("camera",)
     config: ApplianceConfig
-
-    def check_config(self) -> None:
-        """Refuse a camera that can't be."""
-        super().check_config()
-        check_numbers(self.name, {"camera_shift": (self.config.camera_shift, 3)})
 
     def camera(self) -> CameraFrame:
         """The camera's frame."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -22,6 +21,7 @@ from ichain_drake.scenarios.command_chart import CommandChart
 from ichain_drake.scenarios.config import ScenarioConfig, as_plain, load_config
 from ichain_drake.scenarios.given import declared
 from ichain_drake.scenarios.seats import Seat, place_seat
+from ichain_drake.settings import check_settings
 from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.visualization import Camera
@@ -35,7 +35,7 @@ class Scenario(ABC):
     """Base class of scenarios.
 
     Args:
-        overrides: `--set` settings.
+        overrides: `--set` settings, one or several.
         physics: `ideal`, `arm` or `contact`.
         seed: seed of the run.
 
@@ -54,7 +54,7 @@ class Scenario(ABC):
     config: ScenarioConfig
     graph: InteractionGraph
 
-    def __init__(self, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> None:
+    def __init__(self, overrides: str | Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> None:
         if physics not in ("ideal", "arm", "contact"):
             raise InputError(f"physics {physics!r}: choose ideal, arm or contact")
         if seed < 0:
@@ -62,6 +62,7 @@ class Scenario(ABC):
         self.physics = physics
         self.seed = seed
         self.config = load_config(self.config_class, self.config_path(), overrides)
+        check_settings(self.config, getattr(self, "unit", "unit"))
         self.check_config()
         self.graph = self.make_graph()
         self.config.control.candidates()  # what is wrong with these is said now, not after minutes of work
@@ -89,8 +90,6 @@ class Scenario(ABC):
             raise InputError(f"{self.name} has no fault {self.config.fault.kind!r}; it has {', '.join(self.faults)}")
         if self.config.camera.yaw_deg != 0.0 and "camera" not in self.features:
             raise InputError(f"{self.name} has no camera: leave camera.yaw_deg at 0")
-        if not (self.config.noise.scale >= 0 and math.isfinite(self.config.noise.scale)):
-            raise InputError(f"noise.scale is {self.config.noise.scale}; give a number from 0")
 
     @abstractmethod
     def make_graph(self) -> InteractionGraph:

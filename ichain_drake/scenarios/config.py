@@ -1,7 +1,6 @@
 """What a scenario's YAML file may say: typed sections that every scenario has, and how `--set` changes them."""
 
 import difflib
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
@@ -16,6 +15,8 @@ from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LinkCandidates
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.robot import RobotSpec
+from ichain_drake.scenarios.yaml_text import one_line, read_yaml
+from ichain_drake.settings import check_settings, setting
 
 
 @dataclass
@@ -26,7 +27,7 @@ class NoiseConfig:
         scale: factor on process and measurement noise of every object.
     """
 
-    scale: float = 1.0
+    scale: float = setting(1.0, lower=0, upper=1000)
 
 
 @dataclass
@@ -48,7 +49,7 @@ class CameraConfig:
         yaw_deg: turn of the camera's frame against the robot's [deg].
     """
 
-    yaw_deg: float = 0.0
+    yaw_deg: float = setting(0.0, "deg", lower=-360, upper=360)
 
 
 @dataclass
@@ -58,16 +59,18 @@ class LinkConfig:
     Attributes:
         interaction: `parent->child`.
         forward, inverse: estimators, as `name(parameter=value, ...)`.
-        features, forward_actions, aims: see `LinkCandidates`.
+        features: kinds of features that are tried.
+        forward_actions: which of the parent's states forward models may have as their action.
+        aims: how many ticks ahead inverse models may aim.
         screening: an estimator, or empty for none; see `LinkCandidates`.
     """
 
     interaction: str = ""
     forward: list[str] = field(default_factory=lambda: ["polynomial(degree=2)"])
     inverse: list[str] = field(default_factory=lambda: ["polynomial(degree=2)", "polynomial(degree=3)"])
-    features: list[str] = field(default_factory=lambda: ["none", "raw", "body"])
-    forward_actions: list[str] = field(default_factory=lambda: ["next", "both"])
-    aims: list[int] = field(default_factory=lambda: [1])
+    features: list[str] = setting(lambda: ["none", "raw", "body"], choices=("none", "raw", "body"))
+    forward_actions: list[str] = setting(lambda: ["next", "both"], choices=("next", "current", "both"))
+    aims: list[int] = setting(lambda: [1], "ticks", lower=1, upper=100, filled=True)
     screening: str = ""
 
 
@@ -83,33 +86,20 @@ class LearningConfig:
     """
 
     estimator: str = ""
-    samples: int = 500
-    action: str = "next"
+    samples: int = setting(500, lower=1, upper=10**6)
+    action: str = setting("next", choices=("next", "current"))
     links: list[LinkConfig] = field(default_factory=list)
 
     def candidates(self) -> dict[str, LinkCandidates]:
         """Candidates per interaction name.
 
         Raises:
-            InputError: on a bad estimator, feature kind, action or aim; names the interaction.
+            InputError: on a bad estimator, or a value that its setting does not allow.
         """
-        if self.samples < 1:
-            raise InputError(f"learning.samples is {self.samples}; give at least 1")
-        if self.action not in ("next", "current"):
-            raise InputError(f"learning.action {self.action!r}: choose next or current")
+        check_settings(self, where="learning")
         return {link.interaction: self._link(link) for link in self.links}
 
     def _link(self, link: LinkConfig) -> LinkCandidates:
-        where = f"learning of {link.interaction}"
-        for given, known, what in (
-            (link.features, ("none", "raw", "body"), "features"),
-            (link.forward_actions, ("next", "current", "both"), "forward_actions"),
-        ):
-            for item in given:
-                if item not in known:
-                    raise InputError(f"{where}: {what} {item!r}: choose from {', '.join(known)}")
-        if not link.aims or min(link.aims) < 1:
-            raise InputError(f"{where}: aims {link.aims}: give whole numbers from 1")
         estimators = [self.estimator] if self.estimator else None
         return LinkCandidates(
             tuple(EstimatorSpec.parse(t) for t in estimators or link.forward),
@@ -134,47 +124,51 @@ class ControlConfig:
             predictive control reckons with; 0: it takes the model at its word. See `OffsetEstimate`.
     """
 
-    method: str = "predictive"
-    horizons: list[int] = field(default_factory=lambda: [5])
-    efforts: list[float] = field(default_factory=lambda: [0.02, 0.05, 0.1])
-    along: float = 0.2
-    offset: float = 0.0
+    method: str = setting("predictive", choices=METHODS)
+    horizons: list[int] = setting(lambda: [5], "ticks", lower=2, upper=60, filled=True)
+    efforts: list[float] = setting(lambda: [0.02, 0.05, 0.1], above=0, upper=1e4, filled=True)
+    along: float = setting(0.2, lower=0, upper=1e4)
+    offset: float = setting(0.0, lower=0, below=1)
 
     def candidates(self) -> ControlCandidates:
         """What validation may choose from.
 
         Raises:
-            InputError: on an unknown method, an empty list or a horizon below 2.
+            InputError: on a value that its setting does not allow.
         """
-        if self.method not in METHODS:
-            raise InputError(f"control.method {self.method!r}: choose {' or '.join(METHODS)}")
-        if not self.horizons or not self.efforts or min(self.horizons) < 2 or min(self.efforts) <= 0:
-            raise InputError("control: give horizons of at least 2 ticks and efforts above 0")
-        if not 0.0 <= self.offset < 1.0:
-            raise InputError(f"control.offset is {self.offset}; give a weight from 0 to below 1")
+        check_settings(self, where="control")
         return ControlCandidates(tuple(self.horizons), tuple(self.efforts), self.along, self.offset)
 
 
 @dataclass
 class PathConfig:
-    """How paths are followed; see `PathLimits`."""
+    """How paths are followed; see `PathLimits`.
 
-    speed: float = 45.0
-    turn_rate: float = 1.1
-    spacing: float = 1.0
-    smoothing: float = 40.0
-    tolerance: float = 3.0
+    Attributes:
+        speed: nominal speed.
+        turn_rate: speed is lowered where the path's curvature would need a higher one.
+        spacing: of the sampled path.
+        smoothing: length over which curvature is averaged.
+        tolerance: the end counts as reached within this distance of it.
+        corridor: a point of the path counts as passed within this distance of it; a run that has not passed all of them
+            has not followed the path.
+    """
+
+    speed: float = setting(45.0, "{unit}/s", above=0, upper=1e4)
+    turn_rate: float = setting(1.1, "rad/s", above=0, upper=100)
+    spacing: float = setting(1.0, "{unit}", above=0, upper=1e4)
+    smoothing: float = setting(40.0, "{unit}", above=0, upper=1e5)
+    tolerance: float = setting(3.0, "{unit}", above=0, upper=1e4)
+    corridor: float = setting(10.0, "{unit}", above=0, upper=1e4)
 
     def limits(self) -> PathLimits:
         """The same as `PathLimits`.
 
         Raises:
-            InputError: if one is not above 0.
+            InputError: on a value that its setting does not allow.
         """
-        for item in fields(self):
-            if not getattr(self, item.name) > 0:
-                raise InputError(f"path.{item.name} is {getattr(self, item.name)}; give a number above 0")
-        return PathLimits(self.speed, self.turn_rate, self.spacing, self.smoothing, self.tolerance)
+        check_settings(self, where="path")
+        return PathLimits(self.speed, self.turn_rate, self.spacing, self.smoothing, self.tolerance, self.corridor)
 
 
 @dataclass
@@ -199,29 +193,27 @@ class ScenarioConfig:
 ConfigT = TypeVar("ConfigT", bound=ScenarioConfig)
 
 
-def load_config(schema: type[ConfigT], file: Path | None, overrides: Sequence[str] = ()) -> ConfigT:
+def load_config(schema: type[ConfigT], file: Path | None, overrides: str | Sequence[str] = ()) -> ConfigT:
     """Read a scenario's YAML file.
 
     Args:
         schema: the scenario's configuration class.
         file: the YAML file; None for the defaults of `schema`.
-        overrides: `key.key=value` settings, values in YAML.
+        overrides: `key.key=value` settings, values in YAML; one, or several in order.
 
     Raises:
         InputError: on a file that can't be read, malformed YAML, or an unknown key, with close ones.
     """
     try:
-        data = {} if file is None else yaml.safe_load(file.read_text()) or {}
+        data = {} if file is None else read_yaml(file.read_text(encoding="utf-8"), str(file)) or {}
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: can't read the scenario: {_one_line(error)}") from None
-    except yaml.YAMLError as error:
-        raise InputError(f"{file}: malformed YAML: {_one_line(error)}") from None
+        raise InputError(f"{file}: can't read the scenario: {one_line(error)}") from None
     if not isinstance(data, dict):
         raise InputError(f"{file}: a scenario is a mapping of sections")
     config = _typed(schema, data, str(file or schema.__name__))
-    for setting in overrides:
-        _override(data, setting, schema)
-        config = _typed(schema, data, f"--set {setting}")
+    for text in [overrides] if isinstance(overrides, str) else overrides:
+        _override(data, text, schema)
+        config = _typed(schema, data, f"--set {text}")
     return config
 
 
@@ -232,25 +224,18 @@ def _typed(schema: type[ConfigT], data: dict[str, Any], where: str) -> ConfigT:
         raise InputError(f"{where}: {_explain(error)}") from None
 
 
-def _one_line(error: Exception) -> str:
-    return re.sub(r"\s+", " ", str(error)).strip()
-
-
 def _explain(error: Exception) -> str:
     """Drake's error without addresses of YAML strings that the user never wrote."""
     if isinstance(error, AssertionError):
-        return f"a section of keys belongs there, not {_one_line(error) or 'a plain value'}"
-    return _one_line(error).replace("<string>", "").strip(": ")[:400]
+        return f"a section of keys belongs there, not {one_line(error) or 'a plain value'}"
+    return one_line(error).replace("<string>", "").strip(": ")[:400]
 
 
-def _override(data: dict[str, Any], setting: str, schema: type[Any]) -> None:
-    key, sign, text = setting.partition("=")
+def _override(data: dict[str, Any], text_of: str, schema: type[Any]) -> None:
+    key, sign, text = text_of.partition("=")
     if not sign or not key.strip():
-        raise InputError(f"--set {setting!r}: write key=value, such as noise.scale=2")
-    try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise InputError(f"--set {setting!r}: malformed value: {_one_line(error)}") from None
+        raise InputError(f"--set {text_of[:80]!r}: write key=value, such as noise.scale=2")
+    value = read_yaml(text, f"--set {key}")
     parts = [p.strip() for p in key.split(".")]
     node, kind = data, schema()
     for i, part in enumerate(parts):

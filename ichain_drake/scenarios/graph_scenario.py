@@ -19,7 +19,6 @@ from ichain_drake.robot import BodySpec, Physics, RobotSpec, build_robot, hand_p
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import Progress, Scenario
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.config_checks import check_numbers
 from ichain_drake.scenarios.hand_commands import HandCommands
 from ichain_drake.scenarios.mishaps import Mishap, MishapConfig, draw_mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
@@ -142,12 +141,8 @@ class GraphScenario(Scenario, Generic[StartT]):
         return HandCommands(hand.space.names, at_start)
 
     def check_config(self) -> None:
-        """Refuse mishaps that can't be, and faults that the physics can't have."""
+        """Refuse faults that the physics can't have."""
         super().check_config()
-        mishap = self.config.mishap
-        check_numbers(self.name, {"mishap.time": (mishap.time, 2)})
-        if not mishap.stiffness > 0:
-            raise InputError(f"{self.name}: mishap.stiffness is {mishap.stiffness}; give a number above 0")
         kind = self.config.fault.kind
         if self.physics == "contact" and kind in ("slip", "knock"):
             raise InputError(f"fault.kind {kind}: in contact the plant alone moves things; choose ideal or arm")

@@ -11,14 +11,14 @@ import numpy as np
 from pydrake.common.schema import Rotation, Transform
 from pydrake.math import RollPitchYaw
 
-from ichain_drake.errors import InputError
 from ichain_drake.objects import Joystick, JoystickMount, ObjectSettings
 from ichain_drake.objects.controls.joystick import FULL_TILT, JoystickDrawing, axes_from_tilt, tilt_from_axes
 from ichain_drake.robot import BodySpec, SphereSurface
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.held_control import HAND, HeldControl
-from ichain_drake.scenarios.held_control_config import HeldControlConfig, check_above_zero, check_place
+from ichain_drake.scenarios.held_control_config import HeldControlConfig
 from ichain_drake.scenarios.joystick_demonstrations import Driver, DrivingStyle, Player
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import Axis
 
@@ -39,22 +39,14 @@ class MountConfig:
         handle: [m].
     """
 
-    pivot: list[float] = field(default_factory=lambda: [0.5, 0.0, 0.05])
-    offset: list[float] = field(default_factory=lambda: [0.0, 0.0])
-    yaw_deg: float = 0.0
-    handle: float = 0.1
+    pivot: list[float] = setting(lambda: [0.5, 0.0, 0.05], "m", size=3, lower=-2, upper=2)
+    offset: list[float] = setting(lambda: [0.0, 0.0], "m", size=2, lower=-2, upper=2)
+    yaw_deg: float = setting(0.0, "deg", lower=-360, upper=360)
+    handle: float = setting(0.1, "m", above=0, upper=1)
 
     def mount(self) -> JoystickMount:
-        """Where it really is.
-
-        Raises:
-            InputError: if pivot or offset do not have three and two coordinates, or the yaw is no angle.
-        """
-        x, y, z = check_place("joystick.pivot", self.pivot)
-        if len(self.offset) != 2 or not all(math.isfinite(v) for v in self.offset):
-            raise InputError(f"joystick.offset is {self.offset}; give x, y in metres")
-        if not math.isfinite(self.yaw_deg):
-            raise InputError(f"joystick.yaw_deg is {self.yaw_deg}; give degrees")
+        """Where it really is."""
+        x, y, z = self.pivot
         return JoystickMount((x + self.offset[0], y + self.offset[1], z), math.radians(self.yaw_deg), self.handle)
 
 
@@ -67,8 +59,8 @@ class PlayConfig:
         step: farthest in one tick along x and y [m].
     """
 
-    reach: float = 0.0425
-    step: float = 0.03
+    reach: float = setting(0.0425, "m", above=0, upper=1)
+    step: float = setting(0.03, "m", above=0, upper=1)
 
 
 @dataclass
@@ -80,7 +72,7 @@ class StartConfig:
         at_rest: whether what is driven stands; otherwise it has the path's nominal speed.
     """
 
-    axes: list[float] = field(default_factory=lambda: [0.0, 0.4])
+    axes: list[float] = setting(lambda: [0.0, 0.4], size=2, lower=-1, upper=1)
     at_rest: bool = False
 
 
@@ -110,25 +102,10 @@ class JoystickGame(HeldControl):
 
     config: JoystickGameConfig
 
-    def check_config(self) -> None:
-        """Refuse numbers that would fail later, in the middle of a run."""
-        super().check_config()
-        config = self.config
-        config.joystick.mount()
-        check_above_zero(
-            {
-                "joystick.handle": (config.joystick.handle, math.inf, "metres"),
-                "play.reach": (config.play.reach, math.inf, "metres"),
-                "play.step": (config.play.step, math.inf, "metres"),
-            }
-        )
-        axes = config.start.axes
-        if len(axes) != 2 or not all(-1 <= a <= 1 for a in axes):
-            raise InputError(f"start.axes is {axes}; give steering and throttle, each from -1 to 1")
-
     def origin(self) -> tuple[float, float, float]:
         """The pivot, as declared."""
-        return check_place("joystick.pivot", self.config.joystick.pivot)
+        x, y, z = self.config.joystick.pivot
+        return x, y, z
 
     def bring_hand(self) -> None:
         """It keeps to the knob's sphere, within the stick's length; unless z is another's to say."""

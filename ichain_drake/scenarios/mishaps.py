@@ -3,9 +3,11 @@
 # No `from __future__ import annotations`: Drake's typed YAML reader needs the fields' types themselves.
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
+
+from ichain_drake.settings import setting
 
 FAULTS: tuple[str, ...] = ("none", "slip", "knock", "stiff", "dropout")
 """The kinds that `Mishap` knows."""
@@ -22,10 +24,10 @@ class MishapConfig:
         stiffness: factor on the force of what is stiff, or on the way that a hand has to go.
     """
 
-    time: list[float] = field(default_factory=lambda: [4.0, 60.0])
-    knock: float = 0.05
-    dropout: float = 1.0
-    stiffness: float = 1.5
+    time: list[float] = setting(lambda: [4.0, 60.0], "s", size=2, lower=0, upper=1e4, rising=True)
+    knock: float = setting(0.05, "m", lower=0, upper=1)
+    dropout: float = setting(1.0, "s", lower=0, upper=1e4)
+    stiffness: float = setting(1.5, above=0, upper=1000)
 
 
 @dataclass(frozen=True)

@@ -11,16 +11,16 @@ from typing import Any, ClassVar
 import numpy as np
 from pydrake.common.schema import Transform
 
-from ichain_drake.errors import InputError
 from ichain_drake.objects import ObjectSettings, Wheel, WheelMount
 from ichain_drake.objects.controls.wheel import TRAVEL, WheelDrawing
 from ichain_drake.robot import BodySpec, RingPath
 from ichain_drake.scenarios.command_chart import CommandChart
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.held_control import HAND, HeldControl
-from ichain_drake.scenarios.held_control_config import HeldControlConfig, check_above_zero, check_place
+from ichain_drake.scenarios.held_control_config import HeldControlConfig
 from ichain_drake.scenarios.seats import Seat
 from ichain_drake.scenarios.wheel_demonstrations import DriverStyle, WheelDriver, WheelPlayer, random_walk
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import Axis
 
@@ -40,17 +40,14 @@ class WheelConfig:
         radius, knob: [m].
     """
 
-    center: list[float] = field(default_factory=lambda: [0.47, 0.0, 0.12])
-    radius: float = 0.11
-    knob: float = 0.045
+    center: list[float] = setting(lambda: [0.47, 0.0, 0.12], "m", size=3, lower=-2, upper=2)
+    radius: float = setting(0.11, "m", above=0, upper=1)
+    knob: float = setting(0.045, "m", above=0, upper=1)
 
     def mount(self) -> WheelMount:
-        """The same as `WheelMount`.
-
-        Raises:
-            InputError: if the centre does not have three coordinates.
-        """
-        return WheelMount(check_place("wheel.center", self.center), self.radius, self.knob)
+        """The same as `WheelMount`."""
+        x, y, z = self.center
+        return WheelMount((x, y, z), self.radius, self.knob)
 
 
 @dataclass
@@ -62,10 +59,10 @@ class WheelPlayConfig:
         step_deg, step_slide: farthest in one tick [deg, m].
     """
 
-    angle_deg: float = 120.0
-    slide: float = 0.022
-    step_deg: float = 25.0
-    step_slide: float = 0.012
+    angle_deg: float = setting(120.0, "deg", above=0, upper=140)
+    slide: float = setting(0.022, "m", above=0, upper=TRAVEL)
+    step_deg: float = setting(25.0, "deg", above=0, upper=360)
+    step_slide: float = setting(0.012, "m", above=0, upper=1)
 
     def reach(self) -> FloatArray:
         """Farthest angle [rad] and slide [m]."""
@@ -85,7 +82,7 @@ class WheelStartConfig:
         at_rest: whether what is driven stands; otherwise it has the path's nominal speed.
     """
 
-    slide: float = 0.0
+    slide: float = setting(0.0, "m", lower=-TRAVEL, upper=TRAVEL)
     at_rest: bool = False
 
 
@@ -115,24 +112,6 @@ class WheelDrive(HeldControl):
     """How the scripted person drives who is watched."""
 
     config: WheelDriveConfig
-
-    def check_config(self) -> None:
-        """Refuse numbers that would fail later, in the middle of a run."""
-        super().check_config()
-        wheel, play, start = self.config.wheel, self.config.play, self.config.start
-        wheel.mount()
-        check_above_zero(
-            {
-                "wheel.radius": (wheel.radius, math.inf, "metres"),
-                "wheel.knob": (wheel.knob, math.inf, "metres"),
-                "play.angle_deg": (play.angle_deg, 140.0, "degrees"),
-                "play.slide": (play.slide, TRAVEL, "metres"),
-                "play.step_deg": (play.step_deg, math.inf, "degrees"),
-                "play.step_slide": (play.step_slide, math.inf, "metres"),
-            }
-        )
-        if not abs(start.slide) <= TRAVEL:
-            raise InputError(f"start.slide is {start.slide}; give metres from {-TRAVEL} to {TRAVEL}")
 
     def given(self) -> dict[str, Any]:
         """The configuration, with the unit of errors and the length of what is driven, to set them beside."""

@@ -10,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import LogVectorOutput
 
+from ichain_drake.control.tracking.arrival import Arrival
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.control.tracking.systems import Controller, PathFollower
 from ichain_drake.simulation.interruption import deferred_interrupt
@@ -171,6 +172,11 @@ class Episode:
         system = self.world.system(name)
         return system.GetOutputPort(port).Eval(system.GetMyContextFromRoot(self.context)).copy()
 
+    def recent(self, name: str) -> FloatArray:
+        """True states of an object at the frames of the last tick, its start included, shape (n, n_variables)."""
+        rows = self._sinks[f"{name}.state"].FindLog(self.context).data().T
+        return rows[-FRAMES_PER_TICK - 1 :].copy()
+
     def log(self) -> EpisodeLog:
         """What has been logged so far."""
         data = {key: sink.FindLog(self.context) for key, sink in self._sinks.items()}
@@ -196,11 +202,11 @@ def follow_path(
     followed: str,
     targets: tuple[int, ...],
     truth: tuple[str, ...] = (),
-) -> tuple[EpisodeLog, bool]:
+) -> tuple[EpisodeLog, Arrival]:
     """Run one path to its end, or until it is clear that the end will not be reached.
 
     Returns:
-        The log, and whether the path was completed.
+        The log, and whether it has arrived.
 
     Raises:
         EpisodeInterrupted: on Ctrl-C, with the log up to then.
@@ -208,10 +214,11 @@ def follow_path(
     episode = Episode(world, controller, prepare, path, followed, targets, truth, controller.policy.lookahead)
     allowed = int(np.ceil((1.6 * path.time[-1] + 5.0) / TICK))
     lost = _LOST_TICKS * path.limits.speed * TICK
-    completed = False
+    space = world.graph.objects[followed]
+    true_targets = space.indices([space.observable.names[k] for k in targets])
+    arrival = Arrival(path)
 
     def over(running: Episode) -> bool:
-        nonlocal completed
         position = running.value(followed)[list(targets)]
         follower = running.follower
         if follower is None:
@@ -219,11 +226,12 @@ def follow_path(
         last = int(follower.GetOutputPort("progress").Eval(follower.GetMyContextFromRoot(running.context))[0])
         present = follower.path  # a person may have moved it
         reached = present.advance(position, last, _SEARCH_TICKS * TICK)
-        completed = present.completed(reached)
-        return completed or bool(np.linalg.norm(present.points[reached] - position) > lost)
+        arrival.see(running.recent(followed)[:, true_targets], present, reached)
+        gone = bool(np.linalg.norm(present.points[reached] - position) > lost)
+        return arrival.arrived or arrival.past or gone
 
     try:
         episode.run(allowed, over)
     except KeyboardInterrupt:
         raise EpisodeInterrupted(episode.log()) from None
-    return episode.log(), completed
+    return episode.log(), arrival

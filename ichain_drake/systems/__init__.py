@@ -33,26 +33,37 @@ SCENARIOS: dict[str, type[Scenario]] = {
 }
 
 
-def load_scenario(name: str, overrides: Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> Scenario:
+def load_scenario(
+    name: str, overrides: str | Sequence[str] = (), physics: Physics = "contact", seed: int = 0
+) -> Scenario:
     """A scenario by name.
 
     Args:
         name: see `ichain list`; or a scenario of the user's own, by file (`path/to/file.py`, `file.py:Class`) or module
             (`package.module:Class`), which is imported: this runs its code.
-        overrides: settings such as `noise.scale=2`.
+        overrides: settings such as `noise.scale=2`; one, or several in order.
         physics: `ideal`, `arm` or `contact`.
         seed: seed of the run.
 
     Raises:
         InputError: on an unknown name, with close ones, on a file or module without a scenario, or bad settings.
     """
+    return scenario_class(name)(overrides, physics, seed)
+
+
+def scenario_class(name: str) -> type[Scenario]:
+    """The class of a scenario, by name; see `load_scenario`.
+
+    Raises:
+        InputError: on an unknown name, with close ones, or on a file or module without a scenario.
+    """
     if is_own(name):
-        return own_scenario(name)(overrides, physics, seed)
+        return own_scenario(name)
     if name not in SCENARIOS:
         close = difflib.get_close_matches(name, SCENARIOS, n=1)
         hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(SCENARIOS)}"
-        raise InputError(f"there is no scenario {name!r}; {hint}")
-    return SCENARIOS[name](overrides, physics, seed)
+        raise InputError(f"there is no scenario {name[:80]!r}; {hint}")
+    return SCENARIOS[name]
 
 
-__all__ = ["SCENARIOS", "load_scenario"]
+__all__ = ["SCENARIOS", "load_scenario", "scenario_class"]

@@ -45,7 +45,7 @@ class Camera:
 def write_playback(
     recording: Recording,
     drawings: Mapping[str, Drawing],
-    file: Path,
+    file: str | Path,
     *,
     plant: Diagram | None = None,
     camera: Camera | None = None,
@@ -65,6 +65,7 @@ def write_playback(
         InputError: if a drawing is for no object, the plant doesn't fit the recorded positions, or the file can't be
             written.
     """
+    file = Path(file)
     if file.suffix != ".html":
         raise InputError(f"{file}: a playback ends in .html")
     unknown = [name for name in drawings if name not in recording.spaces]

@@ -76,13 +76,14 @@ def save_recording(recording: Recording, file: Path) -> None:
     write_whole(file, stream.getvalue())
 
 
-def load_recording(file: Path) -> Recording:
+def load_recording(file: str | Path) -> Recording:
     """Read a recording that `save_recording` wrote.
 
     Raises:
         InputError: if there is no such file, it is damaged or cut short, or a field is missing or misshaped; the
             message names the field.
     """
+    file = Path(file)
     try:
         archive = np.load(file, allow_pickle=False)
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:

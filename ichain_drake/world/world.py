@@ -86,6 +86,15 @@ def _check_fit(graph: InteractionGraph, objects: Mapping[str, WorldObject]) -> N
     missing, extra = set(wanted) - set(objects), set(objects) - set(wanted)
     if missing or extra:
         raise InputError(f"objects and graph differ: {', '.join(sorted(missing | extra))} is in only one of them")
+    keys: dict[int, str] = {}
+    for name, system in objects.items():
+        number = system.settings.object_id
+        if number in keys:
+            raise InputError(
+                f"objects {keys[number]} and {name} both have object_id {number}, so their noise would be the same; "
+                "give each a number of its own in its ObjectSettings"
+            )
+        keys[number] = name
     for name, system in objects.items():
         if system.get_name() != name:
             raise InputError(f"object {name} is a system named {system.get_name()!r}; give it the object's name")

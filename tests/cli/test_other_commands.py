@@ -111,7 +111,7 @@ def test_play_opens_a_file_that_is_there(ran, ichain, tmp_path, monkeypatch):
 def test_a_reader_that_leaves_early_is_no_error():
     """`ichain list | head -0`."""
     process = subprocess.Popen(
-        [sys.executable, "-c", "import sys; from ichain_drake.cli.main import main; sys.exit(main(['list']))"],
+        [sys.executable, "-c", "import sys; from ichain_drake.cli.start import main; sys.exit(main(['list']))"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
     assert process.stdout is not None and process.stderr is not None

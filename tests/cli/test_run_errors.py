@@ -77,12 +77,22 @@ def test_a_path_that_turns_more_tightly_than_the_demonstrations(ichain, csv, tmp
     assert np.hypot(x - 400, y - 150) < 40
     assert radius < limit < 60
     assert 5 < speed < 45
+    assert "widen the turn" in done.line and "--smooth" in done.line
 
 
 def test_path_and_paths_exclude_each_other_and_names_are_known(refused, bend_csv):
     assert "give one of the two" in refused("--path", bend_csv, "--paths", "eight")
     assert "has no path 'nine'; it has eight, spiral, cursive" in refused("--paths", "nine")
     assert "no path 'nine'" in refused("--paths", "eight", "nine")
+
+
+def test_two_paths_have_names_of_their_own_and_smoothing_is_for_them(refused, bend_csv, csv, tmp_path):
+    (tmp_path / "other").mkdir()
+    again = tmp_path / "other" / bend_csv.name
+    again.write_bytes(bend_csv.read_bytes())
+    assert "another path is called bend, too" in refused("--path", bend_csv, "--path", again)
+    assert "nix.csv: can't read the path" in refused("--path", bend_csv, "--path", tmp_path / "nix.csv")
+    assert "--smooth is for --path" in refused("--smooth", "--paths", "eight")
 
 
 def test_a_name_without_its_option(refused):
@@ -110,11 +120,11 @@ SETTINGS = {
     "learning.estimator=__import__('os').system('true')": "write name or name(parameter=value, ...)",
     'learning.links=[{interaction: "a->b"}]': "a->b",
     'learning.links=[{interaction: "hand->joystick", features: [smell]}]': "features 'smell'",
-    'learning.links=[{interaction: "hand->joystick", aims: [0]}]': "aims [0]",
+    'learning.links=[{interaction: "hand->joystick", aims: [0]}]': "aims is [0]",
     "control.method=magic": "control.method 'magic': choose predictive or inverse",
-    "control.horizons=[]": "horizons of at least 2",
-    "control.horizons=[1]": "horizons of at least 2",
-    "control.efforts=[0]": "efforts above 0",
+    "control.horizons=[]": "one or more numbers from 2",
+    "control.horizons=[1]": "one or more numbers from 2",
+    "control.efforts=[0]": "one or more numbers above 0",
     "fault.kind=slip": "no fault 'slip'",
     "camera.yaw_deg=10": "no camera",
     "path.speed=0": "path.speed is 0.0",

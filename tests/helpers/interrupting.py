@@ -1,4 +1,4 @@
-"""Ctrl-C for a command in a process of its own: at a frame of an episode, or once it has said something."""
+"""Signals for a command in a process of its own: at a frame of an episode, or once it has said something."""
 
 import os
 import signal
@@ -11,9 +11,15 @@ STATUS = 130
 
 # A shell's background jobs, and some test runners, ignore SIGINT; a child would inherit that.
 LISTENING = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from ichain_drake.cli.start import main
+sys.exit(main())
+"""
+IMPATIENT = """
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from ichain_drake.cli.main import main
+from ichain_drake.cli.start import main
 from ichain_drake.simulation.watching import watched_by
 
 class Impatient:
@@ -26,7 +32,7 @@ class Impatient:
     def frame(self, episode):
         self.count += (episode.path is not None) == self.following
         if self.count == self.frames:
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), int(os.environ["PRESS"]))
         return False
 
 with watched_by(Impatient()):
@@ -35,20 +41,31 @@ with watched_by(Impatient()):
 
 
 def interrupt(
-    arguments: list[str], frame: int = 0, *, following: bool = False, at: str | None = None
+    arguments: list[str],
+    frame: int = 0,
+    *,
+    following: bool = False,
+    at: str | None = None,
+    number: signal.Signals = signal.SIGINT,
 ) -> tuple[int, str, str]:
-    """Run `ichain` and send it SIGINT; gives status, stdout and stderr.
+    """Run `ichain` and send it a signal; gives status, stdout and stderr.
 
     Args:
         arguments: of the command.
         frame: in which it gets the signal, counted from the first of an episode's; 0 for in none.
         following: whether frames count in which a path is followed, or those of all others.
         at: a text that it says before it gets the signal, in place of a frame.
+        number: the signal.
     """
-    environment = {"OMP_NUM_THREADS": "1", "PRESS_AT_FRAME": str(frame), "PRESS_WHILE_FOLLOWING": str(int(following))}
+    environment = {
+        "PRESS_AT_FRAME": str(frame),
+        "PRESS_WHILE_FOLLOWING": str(int(following)),
+        "PRESS": str(int(number)),
+    }
     process = subprocess.Popen(
-        [sys.executable, "-c", LISTENING, *arguments],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | environment,
+        [sys.executable, "-c", IMPATIENT, *arguments],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"OMP_NUM_THREADS": "1"} | environment,
     )  # fmt: skip
     assert process.stderr is not None
     said = ""
@@ -56,7 +73,7 @@ def interrupt(
         for line in process.stderr:
             said += line
             if at in line:
-                process.send_signal(signal.SIGINT)
+                process.send_signal(number)
                 break
     out, err = process.communicate(timeout=PATIENCE)
     return process.returncode, out, said + err

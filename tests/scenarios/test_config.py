@@ -83,7 +83,7 @@ def test_a_bad_setting_is_refused_in_one_line(tmp_path: Path, setting: str, mess
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("noise: {scale: [1", "malformed YAML"),
+        ("noise: {scale: [1", "malformed value"),
         ("- 1\n- 2\n", "a scenario is a mapping of sections"),
         ("noize: {scale: 1}", "noize"),
         ("noise: {skale: 1}", "skale"),
@@ -123,16 +123,25 @@ def test_learning_candidates() -> None:
 @pytest.mark.parametrize(
     ("config", "message"),
     [
-        (LearningConfig(samples=0), "learning.samples is 0; give at least 1"),
+        (LearningConfig(samples=0), "learning.samples is 0; give a whole number from 1"),
         (LearningConfig(action="later"), "learning.action 'later': choose next or current"),
-        (LearningConfig(links=[LinkConfig("a->b", features=["shape"])]), "learning of a->b: features 'shape'"),
-        (LearningConfig(links=[LinkConfig("a->b", forward_actions=["soon"])]), "forward_actions 'soon'"),
-        (LearningConfig(links=[LinkConfig("a->b", aims=[0])]), r"learning of a->b: aims \[0\]"),
-        (LearningConfig(links=[LinkConfig("a->b", aims=[])]), r"aims \[\]"),
+        (
+            LearningConfig(links=[LinkConfig("a->b", features=["shape"])]),
+            "features 'shape': choose none, raw or body",
+        ),
+        (
+            LearningConfig(links=[LinkConfig("a->b", forward_actions=["soon"])]),
+            "actions 'soon': choose next, current or both",
+        ),
+        (
+            LearningConfig(links=[LinkConfig("a->b", aims=[0])]),
+            r"aims is \[0\]; give one or more numbers",
+        ),
+        (LearningConfig(links=[LinkConfig("a->b", aims=[])]), r"aims is \[\]"),
         (LearningConfig(links=[LinkConfig("a->b", forward=["os.system"])]), "estimator 'os.system'"),
-        (ControlConfig(horizons=[1]), "horizons of at least 2"),
-        (ControlConfig(offset=1.0), "control.offset is 1.0; give a weight from 0 to below 1"),
-        (ControlConfig(efforts=[]), "efforts above 0"),
+        (ControlConfig(horizons=[1]), r"control.horizons is \[1\]; give one or more numbers from 2"),
+        (ControlConfig(offset=1.0), "control.offset is 1.0; give a number from 0 below 1"),
+        (ControlConfig(efforts=[]), r"control.efforts is \[\]; give one or more numbers above 0"),
     ],
 )
 def test_bad_candidates_are_refused(config: LearningConfig | ControlConfig, message: str) -> None:

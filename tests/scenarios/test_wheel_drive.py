@@ -60,12 +60,12 @@ def test_the_oracle_s_coordinates_are_the_wheel_s() -> None:
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ("wheel.center=[1, 2]", "x, y, z in metres"),
-        ("wheel.radius=0", "wheel.radius is 0.0; give a number above 0, in metres"),
-        ("play.angle_deg=170", "play.angle_deg is 170.0; give a number above 0 and up to 140, in degrees"),
+        ("wheel.center=[1, 2]", "give 3 numbers from -2 to 2, in m"),
+        ("wheel.radius=0", "wheel.radius is 0.0; give a number above 0 and up to 1, in m"),
+        ("play.angle_deg=170", "play.angle_deg is 170.0; give a number above 0 and up to 140, in deg"),
         ("play.slide=.nan", "play.slide is nan"),
-        ("start.slide=0.1", "start.slide is 0.1; give metres from -0.025 to 0.025"),
-        ("robot.hand.ring={center: [1], radius: 0.1}", "hand.ring: give center as"),
+        ("start.slide=0.1", "start.slide is 0.1; give a number from -0.025 to 0.025, in m"),
+        ("robot.hand.ring={center: [1], radius: 0.1}", "robot.hand.ring.center is .1.0.; give 2 numbers"),
     ],
 )
 def test_numbers_that_can_t_work_are_refused(setting: str, message: str) -> None:

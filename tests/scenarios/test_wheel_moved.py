@@ -51,7 +51,7 @@ def test_what_is_set_about_the_hand_stays() -> None:
 
 @pytest.mark.parametrize("place", ["[0.47, 0]", "[0.47, 0, .inf]"])
 def test_places_that_are_none_are_refused(place: str) -> None:
-    with pytest.raises(InputError, match="wheel.center is .*; give x, y, z in metres"):
+    with pytest.raises(InputError, match="wheel.center is .*; give 3 numbers from -2 to 2, in m"):
         scenario("driving", f"wheel.center={place}")
 
 

@@ -174,24 +174,37 @@ def test_stop_ends_an_episode_at_a_tick() -> None:
 
 def test_a_path_that_is_driven_to_its_end_is_completed() -> None:
     """The car starts along a straight line and goes on: the end comes within reach."""
-    world, prepare = GAME.make_world(LINE, 0)
-    log, completed = follow_path(world, controller(Pusher(0.02)), prepare, LINE, "car", (0, 1))
-    assert completed
-    assert log.states["car"][-1, 0] > 410
+    short = TimedPath(np.array([[300.0, 300.0], [360.0, 300.0]]), GAME.path_limits())
+    world, prepare = GAME.make_world(short, 0)
+    log, arrival = follow_path(world, controller(Pusher(0.02)), prepare, short, "car", (0, 1))
+    assert arrival.arrived
+    assert not arrival.reason("px", 1.0)
+    assert log.states["car"][-1, 0] > 357
     assert (np.diff(log.extra["progress"][:, 0]) >= 0).all()
+
+
+def test_a_run_that_passes_beside_the_end_has_not_arrived() -> None:
+    """Left to itself the car drifts off the longer line: progress says that its end was reached."""
+    world, prepare = GAME.make_world(LINE, 0)
+    log, arrival = follow_path(world, controller(Pusher(0.02)), prepare, LINE, "car", (0, 1))
+    assert log.extra["progress"][-1, 0] >= 100
+    assert not arrival.arrived
+    assert "came no nearer to the end than" in arrival.reason("px", 1.0)
 
 
 def test_a_run_that_gets_lost_is_given_up_before_its_time() -> None:
     """Driven backward, the car is soon 12 ticks of nominal speed from its path."""
     world, prepare = GAME.make_world(LINE, 0)
-    log, completed = follow_path(world, controller(Pusher(-0.04)), prepare, LINE, "car", (0, 1))
-    assert not completed
+    log, arrival = follow_path(world, controller(Pusher(-0.04)), prepare, LINE, "car", (0, 1))
+    assert not arrival.arrived
+    assert "left the path or stood still" in arrival.reason("px", 1.0)
     assert log.states["car"][-1, 0] == pytest.approx(300 - 12 * 45 * TICK, abs=25)
     assert log.times[-1] < 1.6 * LINE.time[-1] + 4
 
 
 def test_a_run_that_comes_to_no_end_is_given_up_too() -> None:
     world, prepare = GAME.make_world(LINE, 0)
-    log, completed = follow_path(world, controller(Pusher(0.001)), prepare, LINE, "car", (0, 1))
-    assert not completed
+    log, arrival = follow_path(world, controller(Pusher(0.001)), prepare, LINE, "car", (0, 1))
+    assert not arrival.arrived
+    assert "left the path or stood still" in arrival.reason("px", 1.0)
     assert log.times[-1] == pytest.approx(1.6 * LINE.time[-1] + 5, abs=2 * TICK)

@@ -49,10 +49,10 @@ def test_a_declared_move_is_no_change_and_an_undeclared_one_is() -> None:
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ("joystick.pivot=[0.5, 0]", "joystick.pivot is .*; give x, y, z in metres"),
-        ("joystick.pivot=[0.5, 0, .inf]", "joystick.pivot is .*; give x, y, z in metres"),
-        ("joystick.offset=[0.01]", "joystick.offset is .*; give x, y in metres"),
-        ("joystick.yaw_deg=.nan", "joystick.yaw_deg is nan; give degrees"),
+        ("joystick.pivot=[0.5, 0]", "joystick.pivot is .*; give 3 numbers from -2 to 2, in m"),
+        ("joystick.pivot=[0.5, 0, .inf]", "joystick.pivot is .*; give 3 numbers from -2 to 2, in m"),
+        ("joystick.offset=[0.01]", "joystick.offset is .*; give 2 numbers from -2 to 2, in m"),
+        ("joystick.yaw_deg=.nan", "joystick.yaw_deg is nan; give a number from -360 to 360, in deg"),
     ],
 )
 def test_places_that_are_none_are_refused(setting: str, message: str) -> None:

@@ -128,9 +128,9 @@ def test_stiff_controls_lag_behind_the_hand(physics: str) -> None:
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ("start.food=[0.6]", r"microwave: start.food is \[0.6\]; give 2 numbers"),
-        ("start.temperature=[0.5, 0.2]", "start.temperature is .*; give from and to within 0..1"),
-        ("start.knob=[0.0, 2.0]", "start.knob is .*; give from and to within 0..1.75"),
+        ("start.food=[0.6]", r"start.food is \[0.6\]; give 2 numbers from -2 to 2, in m"),
+        ("start.temperature=[0.5, 0.2]", "start.temperature is .*; give 2 numbers from 0 to 1, from and to"),
+        ("start.knob=[0.0, 2.0]", "start.knob is .*; give 2 numbers from 0 to 1.75, from and to, in rad"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(setting: str, message: str) -> None:

@@ -262,7 +262,7 @@ def test_faults_happen_in_runs_and_never_in_demonstrations(kind: str) -> None:
 def test_bad_settings_are_refused() -> None:
     with pytest.raises(InputError, match="camera_shift is .* give 3 numbers"):
         WaterDispenser(("camera_shift=[0, 1]",), "ideal")
-    with pytest.raises(InputError, match=r"start.water is .* within 0..1"):
+    with pytest.raises(InputError, match="start.water is .* from 0 to 1, from and to"):
         WaterDispenser(("start.water=[0.5, 1.5]",), "ideal")
     with pytest.raises(InputError, match="mishap.stiffness is 0"):
         WaterDispenser(("mishap.stiffness=0",), "ideal")

@@ -47,6 +47,9 @@ def unmet(model: GraphModel, goal: Goal, states: States) -> str:
     for e in goal.inactive:
         if float(model.decide(e, states)) >= 0:
             return f"{e.name} is still active"
+    for e in goal.active:
+        if float(model.decide(e, states)) < 0:
+            return f"{e.name} is not active"
     return ""
 
 

@@ -68,14 +68,15 @@ class Nearest:
             )
         states, unmet = self.best
         if not conditions or not unmet:
-            edge = self.goal.inactive[0]
+            wanted = "inactive" if self.goal.inactive else "active"
+            edge = (*self.goal.inactive, *self.goal.active)[0]
             c = (
                 conditions[0]
                 if conditions
                 else Condition(edge.child, graph.objects[edge.child].names[0], -math.inf, math.inf)
             )
             value = float(value_of(c, states, graph))
-            return NoPlan(c, value, edge, f"{edge.name} can't be made inactive together with the rest, {effort}")
+            return NoPlan(c, value, edge, f"{edge.name} can't be made {wanted} together with the rest, {effort}")
         k = max(unmet, key=lambda k: float(gap(conditions[k], value_of(conditions[k], states, graph))))
         c, value = conditions[k], float(value_of(conditions[k], states, graph))
         return NoPlan(

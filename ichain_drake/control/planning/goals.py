@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from ichain_drake.control.planning.goal_text import Bound, check_goal_text, read_goal_text
 from ichain_drake.control.planning.model import GraphModel, conserved, keeps, span
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import FloatArray
 
-START = "start"
-"""In place of a number: the value that the variable has when the plan is made."""
-
-FORM = "write object.variable >= value, <= value, == value, low <= object.variable <= high, or not parent->child"
-
-_NAME = r"[^\s<>=]+?\.[^\s<>=]+"
-_ONE = re.compile(rf"^\s*(?P<name>{_NAME})\s*(?P<sign><=|>=|==|=)\s*(?P<value>\S+)\s*$")
-_TWO = re.compile(rf"^\s*(?P<low>\S+)\s*<=\s*(?P<name>{_NAME})\s*<=\s*(?P<high>\S+)\s*$")
-_NOT = re.compile(r"^\s*not\s+(?P<edge>.+->.+)$")
 _EQUAL_SHARE = 0.02  # of the demonstrated range
 _EQUAL_NOISE = 4.0
 _ROOM = 0.25  # of a condition's range, that its margin has at most
@@ -34,8 +25,9 @@ def parse_goal(expressions: Sequence[str], model: GraphModel, start: States | No
     """Read goal expressions.
 
     Args:
-        expressions: such as `thing.level >= 0.6` or `not robot->thing`; values in the variable's unit. `start` in place
-            of a value stands for the value at the start. Several on one variable narrow its range.
+        expressions: such as `thing.level >= 0.6` or `not robot->thing`; see `goal_text`. Values are in the variable's
+            unit; `start` in place of one stands for the value at the start, and `keep object.variable within value` for
+            a range about it. Several on one variable narrow its range.
         model: knows graph, ranges and noise.
         start: states at the start, shape (n_variables,) each.
 
@@ -47,73 +39,46 @@ def parse_goal(expressions: Sequence[str], model: GraphModel, start: States | No
         InputError: on another form, an unknown object, variable or interaction, a value that is no number, a range
             that is empty, or no expression at all.
     """
+    check_goal_text(expressions, model.graph)
     ranges: dict[tuple[str, str], tuple[float, float]] = {}
+    active: list[Interaction] = []
     inactive: list[Interaction] = []
     for text in expressions:
-        if found := _NOT.match(text):
-            inactive.append(_edge(found["edge"], model.graph, text))
-            continue
-        obj, variable, lower, upper = _range(text, model, start)
-        low, high = ranges.get((obj, variable), (-math.inf, math.inf))
-        low, high = max(low, lower), min(high, upper)
-        if low > high:
-            raise InputError(f"goal {text!r}: no value of {obj}.{variable} is in all the ranges given; widen one")
-        ranges[obj, variable] = (low, high)
-    if not ranges and not inactive:
-        raise InputError(f"no goal is given; {FORM}")
+        clauses = read_goal_text(text, model.graph)
+        active += clauses.active
+        inactive += clauses.inactive
+        for bound in clauses.bounds:
+            lower, upper = _range(bound, text, model, start)
+            low, high = ranges.get((bound.object, bound.variable), (-math.inf, math.inf))
+            low, high = max(low, lower), min(high, upper)
+            if low > high:
+                name = f"{bound.object}.{bound.variable}"
+                raise InputError(f"goal {text!r}: no value of {name} is in all the ranges given; widen one")
+            ranges[bound.object, bound.variable] = (low, high)
+    for edge in active:
+        if edge in inactive:
+            raise InputError(f"goal: {edge.name} can't be both active and not; leave one out")
     conditions = tuple(Condition(o, v, low, high) for (o, v), (low, high) in ranges.items())
-    return Goal(conditions, tuple(dict.fromkeys(inactive)))
+    return Goal(conditions, tuple(dict.fromkeys(inactive)), tuple(dict.fromkeys(active)))
 
 
-def _edge(text: str, graph: InteractionGraph, where: str) -> Interaction:
-    edge = Interaction.parse(text)
-    if edge not in graph.interactions:
-        known = ", ".join(e.name for e in graph.interactions)
-        raise InputError(f"goal {where!r}: there is no interaction {edge.name}; the graph has {known}")
-    return edge
-
-
-def _range(text: str, model: GraphModel, start: States | None) -> tuple[str, str, float, float]:
-    if found := _TWO.match(text):
-        obj, index = _variable(found["name"], model, text)
-        bounds = [_value(found[k], text, obj, index, start) for k in ("low", "high")]
-    elif found := _ONE.match(text):
-        obj, index = _variable(found["name"], model, text)
-        value = _value(found["value"], text, obj, index, start)
-        if found["sign"] == ">=":
-            bounds = [value, math.inf]
-        elif found["sign"] == "<=":
-            bounds = [-math.inf, value]
-        else:
-            slack = _slack(model, obj, index)
-            bounds = [value - slack, value + slack]
-    else:
-        raise InputError(f"goal {text!r}: {FORM}")
-    return obj, model.graph.objects[obj].observable.names[index], bounds[0], bounds[1]
-
-
-def _variable(name: str, model: GraphModel, where: str) -> tuple[str, int]:
-    obj, _, variable = name.rpartition(".")
-    if obj not in model.graph.objects:
-        raise InputError(f"goal {where!r}: there is no object {obj!r}; objects are {', '.join(model.graph.objects)}")
-    space = model.graph.objects[obj].observable
-    if variable not in space.names:
-        raise InputError(f"goal {where!r}: {obj} has no variable {variable!r}; it has {', '.join(space.names)}")
-    return obj, space.index(variable)
-
-
-def _value(text: str, where: str, obj: str, index: int, start: States | None) -> float:
-    if text == START:
+def _range(bound: Bound, text: str, model: GraphModel, start: States | None) -> tuple[float, float]:
+    """Lowest and highest value that a bound allows."""
+    index = model.graph.objects[bound.object].observable.index(bound.variable)
+    if bound.value is None or bound.sign == "within":
         if start is None:
-            raise InputError(f"goal {where!r}: {START!r} needs the states at the start; give a number")
-        return float(start[obj][index])
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"goal {where!r}: {text!r} is not a finite number")
-    return value
+            raise InputError(f"goal {text!r}: this needs the states at the start; give a number")
+        now = float(start[bound.object][index])
+    value = now if bound.value is None else bound.value
+    if bound.sign == "within":
+        return now - value, now + value
+    if bound.sign == "==":
+        slack = _slack(model, bound.object, index)
+        return value - slack, value + slack
+    # More than a value is from the next number on.
+    if bound.sign in (">=", ">"):
+        return (value if bound.sign == ">=" else math.nextafter(value, math.inf)), math.inf
+    return -math.inf, (value if bound.sign == "<=" else math.nextafter(value, -math.inf))
 
 
 def _slack(model: GraphModel, obj: str, index: int) -> float:
@@ -164,6 +129,11 @@ def impossible(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
 
     A condition that already holds is never refused.
     """
+    for edge in goal.active:
+        if edge.parent == model.graph.root:
+            c = Condition(edge.child, model.graph.objects[edge.child].observable.names[0], -math.inf, math.inf)
+            return NoPlan(c, math.nan, edge, f"{edge.name}: plans end with {edge.parent} away from everything; ask for "
+                          "what it is to bring about")  # fmt: skip
     for c in goal.conditions:
         space = model.graph.objects[c.object].observable
         i, now = space.index(c.variable), float(value_of(c, start, model.graph))

@@ -34,10 +34,12 @@ class Goal:
     Attributes:
         conditions: the ranges.
         inactive: interactions that must not be active in the end (the hand is away).
+        active: interactions that must be.
     """
 
     conditions: tuple[Condition, ...]
     inactive: tuple[Interaction, ...] = ()
+    active: tuple[Interaction, ...] = ()
 
 
 @dataclass(frozen=True)

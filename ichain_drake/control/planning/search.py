@@ -129,12 +129,14 @@ class Search:
         return (*self.novelty.key(node.states), node.unmet, node.held)
 
     def _forbidden(self, nodes: Sequence[Node]) -> list[bool]:
-        """Whether an interaction is active that must not be."""
-        if not self.goal.inactive or not nodes:
-            return [n.held is not None and n.held in self.goal.inactive for n in nodes]
+        """Whether an interaction is active that must not be, or not active that must be."""
+        goal = self.goal
+        if not (goal.inactive or goal.active) or not nodes:
+            return [n.held is not None and n.held in goal.inactive for n in nodes]
         batch = stack([n.states for n in nodes])
-        on = np.any([self.model.decide(e, batch) >= 0 for e in self.goal.inactive], axis=0)
-        return [bool(x) for x in on]
+        on = [self.model.decide(e, batch) >= 0 for e in goal.inactive]
+        off = [self.model.decide(e, batch) < 0 for e in goal.active]
+        return [bool(x) for x in np.any([*on, *off], axis=0)]
 
     def _expand(self, layer: Sequence[Node]) -> list[Node]:
         self.expansions += len(layer)

@@ -20,7 +20,7 @@ _MIN_POINTS = 2
 _MOST_POINTS = 10**6  # 16 MB; a path of more is in another unit than its spacing
 
 
-def read_path(file: Path, columns: tuple[str, ...], unit: str = "") -> FloatArray:
+def read_path(file: str | Path, columns: tuple[str, ...], unit: str = "") -> FloatArray:
     """Read a path from a CSV file with one column a coordinate, in any dialect (see `read_csv`).
 
     Args:
@@ -109,7 +109,9 @@ class PathLimits:
         turn_rate: speed is lowered where the path's curvature would need a higher one [rad/s].
         spacing: spacing of the sampled path [unit].
         smoothing: length over which curvature is averaged [unit].
-        tolerance: the path counts as completed this far from its end [unit].
+        tolerance: the end counts as reached within this distance of it [unit].
+        corridor: a point of the path counts as passed within this distance of it [unit]; a run that has not passed all
+            of them has not followed the path.
     """
 
     speed: float
@@ -117,6 +119,7 @@ class PathLimits:
     spacing: float = 1.0
     smoothing: float = 40.0
     tolerance: float = 3.0
+    corridor: float = 10.0
 
 
 def _mean_curvature(points: FloatArray, spacing: float, half: int) -> FloatArray:
@@ -194,8 +197,8 @@ class TimedPath:
         window = self.points[progress : progress + ahead + 1]
         return progress + int(np.argmin(np.sum((window - position) ** 2, axis=1)))
 
-    def completed(self, progress: int) -> bool:
-        """Whether an index is within the tolerance of the end."""
+    def near_end(self, progress: int) -> bool:
+        """Whether an index is within the tolerance of the end, along the path; see `Arrival` too."""
         return progress >= len(self.points) - 1 - self.limits.tolerance / self._spacing
 
 

@@ -123,7 +123,7 @@ def validation_error(chain: LearnedChain, policy: MoveTo, cases: Sequence[Valida
         progress = np.array(
             [c.path.advance(p, k, _SEARCH_TICKS * TICK) for c, p, k in zip(cases, position, progress, strict=True)]
         )
-        running &= ~np.array([c.path.completed(int(k)) for c, k in zip(cases, progress, strict=True)])
+        running &= ~np.array([c.path.near_end(int(k)) for c, k in zip(cases, progress, strict=True)])
         nearest = np.stack([c.path.points[k] for c, k in zip(cases, progress, strict=True)])
         off = np.linalg.norm(position - nearest, axis=1)
         lost |= running & ~(off <= _LOST * usual)

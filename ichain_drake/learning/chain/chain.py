@@ -21,9 +21,11 @@ from ichain_drake.learning.chain.link import (
     best_by_score,
     fit_forward,
     fit_inverse,
+    specs_of,
 )
 from ichain_drake.learning.chain.models import ActionKind, ForwardModel, InverseModel
 from ichain_drake.learning.estimators import make_estimator
+from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.features import FeatureKind, planar_poses
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.state import FloatArray
@@ -46,6 +48,11 @@ class LinkCandidates:
             candidates themselves would take long; None to try all.
         action: action convention of Tr^-1, and of Tr where it is not `next`.
         samples: transitions to use; 0 for all.
+
+    Estimators may be given as `EstimatorSpec`, as text such as `polynomial(degree=3)`, or as scikit-learn objects.
+
+    Raises:
+        InputError: on what is no estimator, or an object that can't be fitted or frozen.
     """
 
     forward: tuple[EstimatorSpec, ...] = (EstimatorSpec("polynomial", {"degree": 2}),)
@@ -56,6 +63,12 @@ class LinkCandidates:
     screening: EstimatorSpec | None = None
     action: ActionKind = "next"
     samples: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "forward", specs_of(self.forward))
+        object.__setattr__(self, "inverse", specs_of(self.inverse))
+        if self.screening is not None:
+            object.__setattr__(self, "screening", specs_of(self.screening)[0])
 
 
 @dataclass(frozen=True)
@@ -171,7 +184,7 @@ def _best_forward(
 
 
 def learn_link(
-    pieces: Sequence[Demonstration],
+    pieces: Iterable[Demonstration],
     graph: InteractionGraph,
     edge: Interaction,
     candidates: LinkCandidates,
@@ -191,7 +204,7 @@ def learn_link(
     Raises:
         InputError: if no piece shows the interaction, or the samples are too few for every candidate.
     """
-    data = collect_transitions(pieces, graph, edge, candidates.samples or None)
+    data = collect_transitions(list(pieces), graph, edge, candidates.samples or None)
     origin = graph.origin_for(edge)
     forward = _best_forward(data, candidates, edge, origin)
     kinds = ["none"] if forward.spec.features == "none" else _usable_features(data, candidates.features)
@@ -266,7 +279,7 @@ def _largest_step(pieces: Sequence[Demonstration], graph: InteractionGraph) -> F
 
 
 def learn_chain(
-    pieces: Sequence[Demonstration],
+    pieces: Iterable[Demonstration],
     graph: InteractionGraph,
     target: str,
     targets: Sequence[str],
@@ -292,6 +305,23 @@ def learn_chain(
     Raises:
         InputError: if a link can't be learned; names it.
     """
+    with collected_warnings(progress):
+        return _learn_chain(
+            list(pieces), graph, target, targets, candidates, robot_seconds or {}, progress, known, known_command
+        )
+
+
+def _learn_chain(
+    pieces: Sequence[Demonstration],
+    graph: InteractionGraph,
+    target: str,
+    targets: Sequence[str],
+    candidates: Mapping[str, LinkCandidates],
+    robot_seconds: Mapping[str, float],
+    progress: Callable[[str], None] | None,
+    known: Mapping[str, LearnedLink] | None,
+    known_command: LearnedCommand | None,
+) -> LearnedChain:
     names = graph.chain(target)
     if len(names) == 1:
         raise InputError(f"{target} is the robot itself: there is no link to learn; name an object that it acts on")
@@ -306,7 +336,7 @@ def learn_chain(
         if progress:
             progress(f"learning {edge.name}")
         chosen = candidates.get(edge.name, candidates.get("*", LinkCandidates()))
-        seconds = (robot_seconds or {}).get(edge.name, 0.0)
+        seconds = robot_seconds.get(edge.name, 0.0)
         links.append(learn_link(pieces, graph, edge, chosen, [int(i) for i in indices], seconds))
     command = known_command or _learn_robot(pieces, graph, links[0])
     space = graph.objects[target].observable

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
@@ -16,6 +17,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, Origin
 from ichain_drake.learning.chain.models import ActionKind, ForwardModel, InverseModel
 from ichain_drake.learning.estimators import for_outputs, make_estimator
+from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.learning.features import ChangeCode, FeatureKind
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.state import FloatArray
@@ -25,10 +27,35 @@ _FOLDS = 5
 
 @dataclass(frozen=True)
 class EstimatorSpec:
-    """An estimator by name, with its parameters, as a scenario names it."""
+    """An estimator by name, with its parameters, as a scenario names it; or an estimator object.
+
+    Attributes:
+        name: see `make_estimator`; of an object, that of its class.
+        parameters: its constructor's; of an object, those that are not the usual ones.
+        estimator: the object, which is never fitted itself; None where the name says it all.
+    """
 
     name: str = "polynomial"
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    estimator: Any = field(default=None, compare=False, repr=False)
+
+    @classmethod
+    def of(cls, given: Any) -> EstimatorSpec:
+        """What somebody gave for an estimator: a spec, a name with parameters, or any scikit-learn estimator.
+
+        Raises:
+            InputError: on anything else, such as a class in place of an object.
+        """
+        if isinstance(given, EstimatorSpec):
+            return given
+        if isinstance(given, str):
+            return cls.parse(given)
+        if isinstance(given, type) or not hasattr(given, "fit") or not hasattr(given, "get_params"):
+            raise InputError(f"{given!r} is no estimator; give a name such as 'polynomial(degree=3)' or an object")
+        parameters = given.get_params(deep=False)
+        usual = inspect.signature(type(given)).parameters
+        changed = {k: v for k, v in parameters.items() if k not in usual or _written(v) != _written(usual[k].default)}
+        return cls(type(given).__name__, {k: _written(v) for k, v in changed.items()}, clone(given))
 
     @classmethod
     def parse(cls, text: str) -> EstimatorSpec:
@@ -51,11 +78,43 @@ class EstimatorSpec:
 
     def make(self) -> Any:
         """A new, unfitted scikit-learn estimator."""
+        if self.estimator is not None:
+            return clone(self.estimator)
         return make_estimator(self.name, **dict(self.parameters))
 
     def __str__(self) -> str:
         inside = ", ".join(f"{k}={v!r}" for k, v in self.parameters.items())
         return f"{self.name}({inside})"
+
+
+def _written(value: Any) -> Any:
+    """A parameter as it can be read back: itself if it is a literal, else its text."""
+    try:
+        same = ast.literal_eval(repr(value)) == value
+    except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError):
+        same = False
+    return value if same is True else " ".join(repr(value).split())
+
+
+def specs_of(given: Any, *, classifier: bool = False) -> tuple[EstimatorSpec, ...]:
+    """Specs of several estimators, or of one; objects are tried out at once.
+
+    Args:
+        given: see `EstimatorSpec.of`.
+        classifier: whether they have to classify.
+
+    Raises:
+        InputError: on what is no estimator, or an object that can't be fitted or frozen, with the list of what can.
+    """
+    one = isinstance(given, EstimatorSpec | str) or hasattr(given, "get_params")
+    specs = tuple(EstimatorSpec.of(item) for item in ([given] if one else given))
+    for spec in specs:
+        if spec.estimator is not None:
+            try:
+                try_out(spec.make(), classifier=classifier)
+            except InputError as error:
+                raise InputError(f"estimator {spec}: {error}") from None
+    return specs
 
 
 @dataclass(frozen=True)
@@ -128,8 +187,8 @@ def _fit(
         estimator = for_outputs(spec.make(), outputs.shape[1]).fit(inputs, outputs)
         std = cross_validated_std(estimator, inputs, outputs)
         frozen = freeze(estimator, residual_std=std)
-    except (ValueError, TypeError) as error:  # InputError is one; scikit-learn raises both on bad parameters
-        raise InputError(f"{where}: {spec}: {' '.join(str(error).split())[:300]}") from None
+    except Exception as error:  # whatever an estimator of anybody may raise
+        raise InputError(f"{where}: {spec}: {' '.join(str(error).split())[:300]}") from error
     spread = outputs.std(axis=0)
     moving = spread > 0
     score = float(np.mean(1.0 - (std[moving] / spread[moving]) ** 2)) if moving.any() else 1.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Self
 
 import numpy as np
@@ -73,8 +74,9 @@ class PolynomialGaussianProcess(SpreadRegressor[GaussianProcess]):
         """
         self._check_parameters()
         x, targets = self.check_data(X, y)
+        count = math.comb(x.shape[1] + int(self.degree), int(self.degree))
+        check_samples(len(x), count, self.degree, "PolynomialGaussianProcess")
         monomials = Monomials(all_exponents(x.shape[1], self.degree))
-        check_samples(len(x), len(monomials), self.degree, "PolynomialGaussianProcess")
 
         # One BLAS thread: the search ends at the same parameters for any number of threads and worker processes.
         with threadpool_limits(limits=1, user_api="blas"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Self
 
 import numpy as np
@@ -84,9 +85,10 @@ class PolynomialRegressor(SpreadRegressor[Polynomial]):
             raise InputError(f"PolynomialRegressor: clip {self.clip!r}: give a number > 0, or None")
         x, targets = self.check_data(X, y)
 
-        monomials = Monomials(all_exponents(x.shape[1], self.degree))
-        n, m = len(x), len(monomials)
+        # Counted before they are listed: of a high degree there are more than memory holds.
+        n, m = len(x), math.comb(x.shape[1] + int(self.degree), int(self.degree))
         check_samples(n, m, self.degree, "PolynomialRegressor")
+        monomials = Monomials(all_exponents(x.shape[1], self.degree))
         inputs = standardisation(x, self.clip)
         raw = monomials.batch(inputs.apply(x))[:, 1:]
         mean, scale = raw.mean(axis=0), raw.std(axis=0)

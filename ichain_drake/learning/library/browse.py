@@ -49,21 +49,23 @@ def show_link(library: Path, name: str) -> LinkSummary:
     return _summary(SavedLink.read(link_folder(library, name)))
 
 
-def list_library(folder: Path) -> list[LinkSummary]:
+def list_library(folder: str | Path) -> list[LinkSummary]:
     """All links of a library, by name.
 
     Raises:
         InputError: if there is no such folder, or anything in it is damaged or foreign (`check_library` tells all).
     """
+    folder = Path(folder)
     return [_summary(SavedLink.read(link)) for link in link_folders(folder)]
 
 
-def check_library(folder: Path) -> list[str]:
+def check_library(folder: str | Path) -> list[str]:
     """Problems of a library, one line each; empty if every link and graph can be loaded and nothing else is in it.
 
     Raises:
         InputError: if there is no such folder, or it is a single link.
     """
+    folder = Path(folder)
     entries, problems = library_entries(folder)
     for entry in entries:
         try:

@@ -49,7 +49,7 @@ def load_link(
 
 
 def load_links(
-    library: Path, graph: InteractionGraph, names: Sequence[str], targets: Sequence[str]
+    library: str | Path, graph: InteractionGraph, names: Sequence[str], targets: Sequence[str]
 ) -> dict[str, LearnedLink]:
     """Load every link of a chain that a library has; those that it lacks are left out.
 
@@ -66,6 +66,7 @@ def load_links(
         InputError: if there is no such library, it holds what is no part of one, or a link between the same types
             can't be used; see `load_link`.
     """
+    library = Path(library)
     present = {folder.name for folder in link_folders(library)}
     links = {}
     for parent, child in itertools.pairwise(names):
@@ -78,7 +79,7 @@ def load_links(
     return links
 
 
-def load_command(library: Path, graph: InteractionGraph, names: Sequence[str]) -> LearnedCommand | None:
+def load_command(library: str | Path, graph: InteractionGraph, names: Sequence[str]) -> LearnedCommand | None:
     """What a library's first link of a chain knows about commanding the hand.
 
     Args:
@@ -92,6 +93,7 @@ def load_command(library: Path, graph: InteractionGraph, names: Sequence[str]) -
     Raises:
         InputError: if that link is damaged, or for another robot; see `load_link`.
     """
+    library = Path(library)
     edge = Interaction(names[0], names[1])
     parent, child = _spaces(graph, edge)
     name = link_name(parent.type, child.type)

@@ -143,7 +143,7 @@ def save_link(
     )
 
 
-def save_chain(chain: LearnedChain, folder: Path, source: str, data_hash: str) -> list[Path]:
+def save_chain(chain: LearnedChain, folder: str | Path, source: str, data_hash: str) -> list[Path]:
     """Save all links of a chain, each as a whole.
 
     A link that came from a library itself is copied from there with its own origin, or left as it is if it came from
@@ -161,6 +161,7 @@ def save_chain(chain: LearnedChain, folder: Path, source: str, data_hash: str) -
     Raises:
         InputError: if two links are between the same types of objects, or one can't be saved; see `save_link`.
     """
+    folder = Path(folder)
     names: dict[str, str] = {}
     for link in chain.links:
         model, own = link.forward.model, link.interaction.name

@@ -13,11 +13,19 @@ import numpy as np
 from ichain_drake.errors import InputError
 from ichain_drake.objects.gymnasium.actions import ActionTerm
 from ichain_drake.objects.gymnasium.extra import require_gymnasium
-from ichain_drake.objects.gymnasium.snapshot import Snapshot, check_snapshot, describe, find_snapshot
+from ichain_drake.objects.gymnasium.snapshot import (
+    Snapshot,
+    check_snapshot,
+    describe,
+    find_snapshot,
+    reset_once,
+    step_once,
+)
 from ichain_drake.objects.gymnasium.spaces import FlatSpace, flat_values, space_size, space_variables
 from ichain_drake.state import FloatArray, StateSpace, Variable
 
 _MOST_VARIABLES = 256
+_SLACK = 1e-5  # of a bound, that observations may be beyond it: they are rounded to single precision
 _TRIED_STEPS = 4
 
 MakeEnvironment = Callable[[str | None], Any]
@@ -96,7 +104,7 @@ class GameEnvironment:
                 "declared"
             )
         self._read, variables = _reading(self.env, spec, self.where)
-        observation, _ = self._reset(0)
+        observation = self._reset(0)
         self.snapshot = spec.snapshot or find_snapshot(self.env)
         inner = self.snapshot.names(self.env)
         self._check_state()
@@ -136,9 +144,9 @@ class GameEnvironment:
         Args:
             seed: of the run; not used where the game declares a seed of its own.
         """
-        observation, _ = self._reset(seed)
+        observation = self._reset(seed)
         state = np.zeros(len(self.space))
-        state[: self._measured] = self._values(observation)
+        state[: self._measured] = self._checked(self._values(observation), "at its start")
         state[self._inner] = self.snapshot.get(self.env)
         return state
 
@@ -190,14 +198,14 @@ class GameEnvironment:
         command = self.action_space.value(action)
         total, observation, terminated, truncated = 0.0, None, False, False
         for _ in range(steps):
-            observation, reward, terminated, truncated, _ = self.env.step(command)
-            total += float(reward)
+            observation, reward, terminated, truncated = step_once(self.env, command)
+            total += reward
             after[at["steps"]] += 1.0
             truncated = truncated or after[at["steps"]] >= self._max_steps
             if terminated or truncated:
                 self._ended = True
                 break
-        after[: self._measured] = self._values(observation)
+        after[: self._measured] = self._checked(self._values(observation), f"after {after[at['steps']]:.0f} steps")
         after[at["reward"]] = total
         after[at["terminated"]], after[at["truncated"]] = float(terminated), float(truncated)
         after[self._inner] = self.snapshot.get(self.env)
@@ -217,10 +225,27 @@ class GameEnvironment:
     def _values(self, observation: Any) -> FloatArray:
         return np.asarray(self._read(self.env.unwrapped, observation), dtype=float)
 
-    def _reset(self, seed: int) -> tuple[Any, Any]:
+    def _checked(self, values: FloatArray, when: str) -> FloatArray:
+        """Measured values, none of which may be infinite or leave the bounds that are declared for it.
+
+        Raises:
+            InputError: naming the variable and the time.
+        """
+        for variable, value in zip(self.space.variables, values, strict=False):
+            slack = _SLACK * max(1.0, *(abs(b) for b in (variable.lower, variable.upper) if math.isfinite(b)), 0.0)
+            if variable.kind == "angle":
+                slack = math.inf
+            if not (math.isfinite(value) and variable.lower - slack <= value <= variable.upper + slack):
+                raise InputError(
+                    f"{self.where}: {variable.name} is {value:g} {when}; its space declares {variable.lower:g} to "
+                    f"{variable.upper:g}: correct that, or declare `variables`"
+                )
+        return values
+
+    def _reset(self, seed: int) -> Any:
         self._ended = False
         self._last_seed = seed if self.spec.reset_seed is None else self.spec.reset_seed
-        return self.env.reset(seed=self._last_seed, options=self.spec.reset_options)
+        return reset_once(self.env, self._last_seed, self.spec.reset_options)
 
     def _put(self, inner: FloatArray) -> None:
         if self._ended:  # many environments refuse to go on, and note the end where no snapshot looks

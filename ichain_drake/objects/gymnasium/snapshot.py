@@ -92,6 +92,45 @@ def describe(env: Any) -> str:
     return f"environment {spec.id if spec is not None else type(env.unwrapped).__name__}"
 
 
+def step_once(env: Any, action: Any) -> tuple[Any, float, bool, bool]:
+    """One step of an environment.
+
+    Returns:
+        Observation, reward, whether it has terminated, whether it was truncated.
+
+    Raises:
+        InputError: if it gives anything else than Gymnasium's five values.
+    """
+    result = env.step(action)
+    if not isinstance(result, tuple) or len(result) != 5:
+        got = f"{len(result)} values" if isinstance(result, tuple) else type(result).__name__
+        raise InputError(
+            f"{describe(env)}: its step gives {got}, not (observation, reward, terminated, truncated, info); it "
+            "follows an older interface: wrap it"
+        )
+    observation, reward, terminated, truncated, _ = result
+    return observation, float(reward), bool(terminated), bool(truncated)
+
+
+def reset_once(env: Any, seed: int, options: Any) -> Any:
+    """Reset an environment; gives the observation.
+
+    Raises:
+        InputError: if it takes no seed, or gives anything else than (observation, info).
+    """
+    try:
+        result = env.reset(seed=seed, options=options)
+    except TypeError as error:
+        raise InputError(
+            f"{describe(env)}: its reset takes no seed and options ({error}); it follows an older interface: wrap it"
+        ) from None
+    if not isinstance(result, tuple) or len(result) != 2 or not isinstance(result[1], dict):
+        raise InputError(
+            f"{describe(env)}: its reset gives no (observation, info); it follows an older interface: wrap it"
+        )
+    return result[0]
+
+
 def find_snapshot(env: Any) -> Snapshot:
     """Where an environment, already reset, keeps its state in one attribute, as Gymnasium's classic and toy ones do.
 
@@ -119,7 +158,13 @@ def check_snapshot(env: Any, snapshot: Snapshot, actions: list[Any], *, stochast
     Raises:
         InputError: if the two ways differ, or random numbers are drawn that were not declared.
     """
-    generator = env.unwrapped.np_random.bit_generator
+    try:
+        generator = env.unwrapped.np_random.bit_generator
+    except AttributeError:
+        raise InputError(
+            f"{describe(env)}: its np_random is no NumPy Generator, so its random numbers can't be put back; let it "
+            "call super().reset(seed=seed)"
+        ) from None
     start = snapshot.get(env)
     random = generator.state
     first = _follow(env, snapshot, start, actions)
@@ -132,7 +177,8 @@ def check_snapshot(env: Any, snapshot: Snapshot, actions: list[Any], *, stochast
         if a.shape != b.shape or not np.array_equal(a, b):
             raise InputError(
                 f"{describe(env)}: put back into one state it goes on in another way, so its snapshot does not hold "
-                "all of its state; give GameSpec one that does"
+                "all of its state, or it draws from a random generator of its own; give GameSpec a snapshot that does, "
+                "and let it draw from self.np_random"
             )
 
 
@@ -140,7 +186,7 @@ def _follow(env: Any, snapshot: Snapshot, start: FloatArray, actions: list[Any])
     snapshot.put(env, start)
     seen = []
     for action in actions:
-        _, reward, terminated, truncated, _ = env.step(action)
+        _, reward, terminated, truncated = step_once(env, action)
         seen.append(np.append(snapshot.get(env), [float(reward), terminated, truncated]))
         if terminated or truncated:
             break

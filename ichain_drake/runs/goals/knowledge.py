@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from threadpoolctl import threadpool_limits
@@ -12,6 +12,7 @@ from ichain_drake.control.planning.skills import SkillFunction, Skills, learn_sk
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel, InteractionSpec, contradicted, learn_interactions
+from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.library import LibraryParts
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.timing import TICK
@@ -54,7 +55,7 @@ def make_planner(model: InteractionModel) -> GraphPlanner:
 
 
 def learn_graph(
-    pieces: Sequence[Demonstration],
+    pieces: Iterable[Demonstration],
     graph: InteractionGraph,
     spec: InteractionSpec | None = None,
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
@@ -72,7 +73,7 @@ def learn_graph(
     Raises:
         InputError: on demonstrations that can't be learned from; names piece, edge and remedy.
     """
-    parts = parts or LibraryParts()
+    parts, pieces = parts or LibraryParts(), list(pieces)
     with threadpool_limits(limits=1):
         model = learn_interactions(pieces, graph, spec, parts.known)
         seconds = sum((len(p) - 1) * TICK for p in pieces)
@@ -118,4 +119,5 @@ def learn_rest(
             say(f"{edge.name} is learned anew: {why}")
         parts = parts.without(against)
     say(f"learning from {len(pieces)} pieces" if pieces else "everything is known; nothing is learned")
-    return learn_graph(pieces, graph, spec, own_skills, parts)
+    with collected_warnings(say):
+        return learn_graph(pieces, graph, spec, own_skills, parts)

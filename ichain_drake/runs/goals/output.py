@@ -78,9 +78,9 @@ def _goal_readouts(run: GraphRun, log: EpisodeLog) -> dict[str, Readout]:
     graph, conditions = run.scenario.graph, run.goal.conditions
     off = np.array([_off(c, log, graph) for c in conditions]).reshape(len(conditions), len(log.times))
     flags = flags_of(log, graph)
-    on = np.array([flags[e.name] for e in run.goal.inactive], dtype=bool).reshape(-1, len(log.times))
-    held = (off == 0).sum(axis=0) + (~on).sum(axis=0)
-    total = len(conditions) + len(run.goal.inactive)
+    as_wanted = [~flags[e.name] for e in run.goal.inactive] + [flags[e.name] for e in run.goal.active]
+    held = (off == 0).sum(axis=0) + np.array(as_wanted, dtype=bool).reshape(-1, len(log.times)).sum(axis=0)
+    total = len(conditions) + len(as_wanted)
     readouts = {"goal": Readout([f"{int(h)} of {total} met" for h in held])}
     if len(conditions):
         # Units differ: the worst is the one that has most of its own largest distance left.

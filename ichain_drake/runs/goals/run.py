@@ -13,6 +13,8 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.format import counted
+from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.goals import gap, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import SkillFunction
@@ -190,8 +192,8 @@ def record_pieces(
 def run_graph(
     run: GraphRun,
     *,
-    demos: Path | None = None,
-    keep_demos: Path | None = None,
+    demos: str | Path | None = None,
+    keep_demos: str | Path | None = None,
     knowledge: Knowledge | LibraryParts | None = None,
     spec: InteractionSpec | None = None,
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
@@ -217,8 +219,11 @@ def run_graph(
         InputError: on bad demonstrations, a goal that can't be read, or a setting that is for paths.
         EpisodeInterrupted, RecordingInterrupted: on Ctrl-C; `run` keeps what there is.
     """
+    keep_demos = None if keep_demos is None else Path(keep_demos)
+    demos = None if demos is None else Path(demos)
     say = progress or (lambda line: None)
     asked = graph_spec(run.scenario.config)
+    check_goal_text(run.expressions, run.scenario.graph)
 
     def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
         if demos is not None:
@@ -250,7 +255,7 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
         run.plan_seconds += time.process_time() - began
         if run.plan is None:
             run.plan = found
-        say("no plan" if isinstance(found, NoPlan) else f"executing {len(found.steps)} steps")
+        say("no plan" if isinstance(found, NoPlan) else f"executing {counted(found)}")
         return found
 
     motion = run.scenario.make_motion() if isinstance(run.scenario, PlansMotion) else None
@@ -289,6 +294,9 @@ def _wrong(run: GraphRun) -> str:
     for e in run.goal.inactive:
         if run.log.active[e.child][-1, graph.parents(e.child).index(e.parent)] > 0.5:  # noqa: PLR2004 - a flag
             return f"{e.name} is still active"
+    for e in run.goal.active:
+        if run.log.active[e.child][-1, graph.parents(e.child).index(e.parent)] < 0.5:  # noqa: PLR2004 - a flag
+            return f"{e.name} is not active"
     return ""
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
-import numpy as np
-from sklearn.base import is_regressor
-
 from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionSpec
 from ichain_drake.learning.chain.link import EstimatorSpec
-from ichain_drake.learning.frozen import freeze
+from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.scenarios.config import ControlConfig, LearningConfig, ScenarioConfig
 
 
@@ -38,13 +35,9 @@ def graph_spec(config: ScenarioConfig) -> InteractionSpec:
 
 def _regressor(text: str) -> EstimatorSpec:
     """The estimator, tried out on a few rows: one that can't be used would be passed over in learning, with no word."""
-    x = np.random.default_rng(0).normal(size=(40, 2))
     try:
         spec = EstimatorSpec.parse(text)
-        model = spec.make()
-        if not is_regressor(model):
-            raise InputError("it is no regressor, and effects are numbers")
-        freeze(model.fit(x, x @ [1.0, -0.5]))
+        try_out(spec.make())
     except (TypeError, ValueError) as error:  # InputError is one
         raise InputError(f"learning.estimator {text}: {' '.join(str(error).split())[:300]}") from None
     return spec

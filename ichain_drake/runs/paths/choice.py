@@ -14,19 +14,33 @@ from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.state import FloatArray
 
 
-def choose_paths(scenario: PathScenario, names: Sequence[str] = (), file: Path | None = None) -> dict[str, TimedPath]:
-    """The paths of a run: reference paths by name (default all), or one from a CSV file.
+def choose_paths(
+    scenario: PathScenario, names: str | Sequence[str] = (), file: str | Path | Sequence[str | Path] | None = None
+) -> dict[str, TimedPath]:
+    """The paths of a run: reference paths by name (default all), or those in CSV files, each named after its file.
+
+    Args:
+        scenario: whose target follows.
+        names: of reference paths, one or several.
+        file: a CSV file, or several.
 
     Raises:
-        InputError: on an unknown name, a bad file, or a point outside the plane.
+        InputError: on an unknown name, a bad file, two files of one name, or a point outside the plane.
     """
     limits = scenario.path_limits()
-    if file is not None:
-        points = read_path(file, scenario.target_variables, scenario.unit)
-        _check_inside(points, scenario, str(file))
-        _check_length(points, limits, str(file), scenario.unit)
-        return {shown(Path(file.stem)): timed(points, limits, str(file))}
+    files = [] if file is None else [Path(file)] if isinstance(file, str | Path) else [Path(f) for f in file]
+    if files:
+        found: dict[str, TimedPath] = {}
+        for one in files:
+            points, name = read_path(one, scenario.target_variables, scenario.unit), shown(Path(one.stem))
+            _check_inside(points, scenario, str(one))
+            _check_length(points, limits, str(one), scenario.unit)
+            if name in found:
+                raise InputError(f"{one}: another path is called {name}, too; rename one of the files")
+            found[name] = timed(points, limits, str(one))
+        return found
     known = scenario.reference_paths()
+    names = [names] if isinstance(names, str) else names
     for name in names:
         if name not in known:
             raise InputError(f"{scenario.name} has no path {name!r}; it has {', '.join(known)}")

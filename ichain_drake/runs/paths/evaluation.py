@@ -295,7 +295,7 @@ def _row(
     method: str, samples: int, scenario: PathScenario, case: str, result: PathResult | None, reason: str = ""
 ) -> dict[str, Any]:
     if result is not None and not result.completed:
-        reason = f"left the path or stood still after {result.log.times[-1]:.1f} s"
+        reason = result.reason
     row = _plain_row(method, samples, scenario, case, reason)
     if result is None or not result.completed:
         return row

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ichain_drake.control.tracking.arrival import Arrival
 from ichain_drake.control.tracking.chain import ChainController
 from ichain_drake.control.tracking.path import TimedPath, paper_path_error, path_error
 from ichain_drake.control.tracking.systems import Controller
@@ -38,8 +39,8 @@ def follow(
     spaces = {n: scenario.graph.objects[n].observable for n in chain.names}
     middle = (chain.command_lower + chain.command_upper) / 2
     system = Controller(controller.policy, spaces, len(chain.targets), middle)
-    log, completed = follow_path(world, system, prepare, path, scenario.target, chain.targets)
-    return measure_result(scenario, name, path, log, completed, number)
+    log, arrival = follow_path(world, system, prepare, path, scenario.target, chain.targets)
+    return measure_result(scenario, name, path, log, arrival, number)
 
 
 def oracle_follow(scenario: PathScenario, name: str, path: TimedPath, number: int) -> PathResult:
@@ -65,14 +66,14 @@ def oracle_follow(scenario: PathScenario, name: str, path: TimedPath, number: in
     middle = middle if chart is None else chart.to_hand(middle)
     system = Controller(policy, spaces, 2, middle, policy.sizes)  # type: ignore[arg-type]
     indices = scenario.target_indices()
-    log, completed = follow_path(world, system, prepare, path, scenario.target, indices, truth=names[1:])
+    log, arrival = follow_path(world, system, prepare, path, scenario.target, indices, truth=names[1:])
     if len(hand) != policy.sizes[0]:
         raise InputError("the oracle needs a hand without hidden variables")
-    return measure_result(scenario, name, path, log, completed, number)
+    return measure_result(scenario, name, path, log, arrival, number)
 
 
 def measure_result(
-    scenario: PathScenario, name: str, path: TimedPath, log: EpisodeLog, completed: bool, number: int
+    scenario: PathScenario, name: str, path: TimedPath, log: EpisodeLog, arrival: Arrival | None, number: int
 ) -> PathResult:
     """How near to its path an episode was.
 
@@ -81,7 +82,7 @@ def measure_result(
         name: of the path.
         path: the timed path.
         log: of the episode.
-        completed: whether the path's end was reached.
+        arrival: whether the path was followed to its end; None for a run that was interrupted.
         number: of the run; keys which positions the paper's metric draws.
     """
     space = scenario.graph.objects[scenario.target]
@@ -90,5 +91,11 @@ def measure_result(
     waypoints = path.at_time(np.minimum(ticks, path.time[-1]))
     rng = np.random.default_rng([scenario.seed, number, 77])
     return PathResult(
-        name, path, log, completed, path_error(executed, path), paper_path_error(executed, waypoints, rng)
+        name,
+        path,
+        log,
+        arrival is not None and arrival.arrived,
+        path_error(executed, path),
+        paper_path_error(executed, waypoints, rng),
+        reason="interrupted" if arrival is None else arrival.reason(scenario.unit, float(log.times[-1])),
     )

@@ -26,11 +26,12 @@ class PathResult:
         name: of the path.
         path: the timed path.
         log: everything logged.
-        completed: whether its end was reached.
+        completed: whether all of it was followed and its end reached; see `Arrival`.
         error: mean distance of all executed 30 Hz positions to the sampled path, in its unit.
         paper_metric: the paper's metric (sec. IV) on the same run.
         oracle_error: the oracle's `error` under the same noise; NaN if there is none.
         oracle_reason: why there is none; empty where there is.
+        reason: why it was not completed; empty if it was.
     """
 
     name: str
@@ -41,6 +42,7 @@ class PathResult:
     paper_metric: float
     oracle_error: float = float("nan")
     oracle_reason: str = "the oracle was not run"
+    reason: str = ""
 
     @property
     def control_steps(self) -> int:
@@ -57,6 +59,7 @@ class PathResult:
             "mean_error_px": self.error,
             "paper_metric_px": self.paper_metric,
             "completed": self.completed,
+            "reason": self.reason,
             "oracle_error_px": None if np.isnan(self.oracle_error) else self.oracle_error,
             "oracle_reason": self.oracle_reason,
             "unit": unit,
@@ -70,6 +73,7 @@ class PathRun:
     Attributes:
         scenario: what runs.
         paths: to follow, by name.
+        smooth: whether corners of the paths are rounded as far as the demonstrations ask for.
         pieces: demonstrations.
         chain: learned links.
         controller: built from them.
@@ -80,6 +84,7 @@ class PathRun:
 
     scenario: PathScenario
     paths: dict[str, TimedPath] = field(default_factory=dict)
+    smooth: bool = False
     pieces: list[Demonstration] = field(default_factory=list)
     chain: LearnedChain | None = None
     controller: ChainController | None = None

@@ -9,12 +9,13 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import make_controller
-from ichain_drake.control.tracking.turns import check_turns
+from ichain_drake.control.tracking.turns import check_turns, smooth_path
 from ichain_drake.demonstrations import Demonstration, write_demonstrations
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedLink, learn_chain
 from ichain_drake.learning.chain.command import LearnedCommand
+from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.runs.paths.demonstrations import read_for
 from ichain_drake.runs.paths.following import follow, measure_result, oracle_follow
 from ichain_drake.runs.paths.result import PathRun
@@ -31,10 +32,14 @@ def check_settings(scenario: PathScenario) -> None:
     Raises:
         InputError: on an unknown estimator or parameter; names the interaction.
     """
+    tried: set[str] = set()
     for name, link in scenario.config.learning.candidates().items():
         for spec in (*link.forward, *link.inverse, *([link.screening] if link.screening else [])):
+            if str(spec) in tried:
+                continue
+            tried.add(str(spec))
             try:
-                spec.make()
+                try_out(spec.make())
             except (ValueError, TypeError) as error:  # InputError is one; constructors may raise both
                 raise InputError(f"{name}: {spec}: {error}") from None
 
@@ -42,8 +47,8 @@ def check_settings(scenario: PathScenario) -> None:
 def run_paths(
     run: PathRun,
     *,
-    demos: Path | None = None,
-    keep_demos: Path | None = None,
+    demos: str | Path | None = None,
+    keep_demos: str | Path | None = None,
     known: Mapping[str, LearnedLink] | None = None,
     known_command: LearnedCommand | None = None,
     oracle: bool = True,
@@ -66,6 +71,8 @@ def run_paths(
         InputError: on bad settings, demonstrations or paths.
         UnreachableError: if the arm can't get where it has to; `run.reason` says why.
     """
+    keep_demos = None if keep_demos is None else Path(keep_demos)
+    demos = None if demos is None else Path(demos)
     check_settings(run.scenario)
     say = progress or (lambda line: None)
     # One BLAS thread: the matrices are small, and sums must not depend on how many cores there are.
@@ -111,7 +118,11 @@ def learn_to_follow(
         known_command,
     )
     for name, path in run.paths.items():
-        check_turns(path, run.chain, f"path {name}", scenario.unit)
+        where = f"path {name}"
+        if run.smooth:
+            run.paths[name], off = smooth_path(path, run.chain, where, scenario.unit)
+            say(f"{where}: smoothed, by {off:.3g} {scenario.unit} at most")
+        check_turns(run.paths[name], run.chain, where, scenario.unit)
     run.controller = make_controller(run.chain, control.method, scenario.path_limits(), control.candidates(), say)
 
 
@@ -126,7 +137,7 @@ def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
         except EpisodeInterrupted as stopped:
             log = whole_frames(stopped.log)
             if len(log.times) > 1:
-                run.results.append(measure_result(scenario, name, path, log, False, number))
+                run.results.append(measure_result(scenario, name, path, log, None, number))
             raise
         if scenario.no_oracle:
             result = replace(result, oracle_reason=f"{scenario.name} has no oracle: {scenario.no_oracle}")
@@ -139,7 +150,7 @@ def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
                 run.results[-1] = replace(result, oracle_error=other.error, oracle_reason="")
             else:
                 run.results[-1] = replace(result, oracle_reason="the oracle did not reach the path's end")
-    lost = [r.name for r in run.results if not r.completed]
+    lost = [f"{r.name} ({r.reason})" for r in run.results if not r.completed]
     run.reason = f"the end was not reached on: {', '.join(lost)}" if lost else "every path was followed to its end"
 
 

@@ -17,7 +17,6 @@ from PIL import Image, ImageDraw
 from pydrake.math import RigidTransform
 
 from ichain_drake.control.tracking.path import resample
-from ichain_drake.errors import InputError
 from ichain_drake.objects import Joystick, ObjectSettings, WorldObject
 from ichain_drake.objects.gymnasium import GameEnvironment, GymnasiumGame
 from ichain_drake.objects.gymnasium.extra import require_gymnasium
@@ -25,6 +24,7 @@ from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.held_control import SCREEN_STAND, SCREEN_WIDTH
 from ichain_drake.scenarios.joystick_demonstrations import DrivingStyle
 from ichain_drake.scenarios.joystick_game import JOYSTICK, JoystickGame, JoystickGameConfig
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.visualization import GameScreen
 from ichain_drake.visualization.sprites import FIELD
@@ -49,12 +49,12 @@ class GameConfig:
         steps, frames: so many steps of the game in so many 30 Hz frames; 5 in 3 is real time.
     """
 
-    track: int = 7
-    steer: float = 0.4
-    gas: float = 0.15
-    brake: float = 0.15
-    steps: int = 5
-    frames: int = 3
+    track: int = setting(7, lower=0, upper=2**31)
+    steer: float = setting(0.4, above=0, upper=1)
+    gas: float = setting(0.15, above=0, upper=1)
+    brake: float = setting(0.15, above=0, upper=1)
+    steps: int = setting(5, lower=1, upper=1000)
+    frames: int = setting(3, lower=1, upper=1000)
 
 
 @dataclass
@@ -106,15 +106,9 @@ class CarRacing(JoystickGame):
         """The open game, on its track.
 
         Raises:
-            InputError: if the extra is not installed, or a setting of the game makes no sense.
+            InputError: if the extra is not installed.
         """
         config = self.config.game
-        for key in ("steer", "gas", "brake"):
-            if not 0 < getattr(config, key) <= 1:
-                raise InputError(f"game.{key} is {getattr(config, key)}; give a number above 0, at most 1")
-        for key, least in (("track", 0), ("steps", 1), ("frames", 1)):
-            if getattr(config, key) < least:
-                raise InputError(f"game.{key} is {getattr(config, key)}; give a whole number from {least}")
         stick, clock = Joystick.state_space.observable.names, Fraction(config.steps, config.frames)
         return self._game.open_game(stick, config.steer, config.gas, config.brake, config.track, clock)
 

@@ -14,7 +14,6 @@ import numpy as np
 from pydrake.common.schema import Transform
 
 from ichain_drake.demonstrations.table import Demonstration
-from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.objects import Button, ButtonMount, Cup, CupFaults, CupSettings, Kettle, KettleSettings, WorldObject
 from ichain_drake.objects.drawings.dispenser import ButtonDrawing, CupDrawing
@@ -24,12 +23,12 @@ from ichain_drake.scenarios.adjustable import Adjustable, push
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.config_checks import check_numbers, check_ranges
 from ichain_drake.scenarios.mishaps import FAULTS, Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.scenarios.standing_motion import StandingMotion
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray
 from ichain_drake.systems.kettle.demonstrations import script_pieces
 from ichain_drake.systems.kettle.layout import LAYOUT, KettleStart, VesselShape
@@ -52,11 +51,11 @@ class KettleStartConfig:
         water, temperature: of the bottle, from, to.
     """
 
-    bottle: list[float] = field(default_factory=lambda: [0.70, -0.15])
-    kettle: list[float] = field(default_factory=lambda: [0.735, 0.13])
-    spread: float = 0.005
-    water: list[float] = field(default_factory=lambda: [0.7, 0.95])
-    temperature: list[float] = field(default_factory=lambda: [0.0, 0.2])
+    bottle: list[float] = setting(lambda: [0.70, -0.15], "m", size=2, lower=-2, upper=2)
+    kettle: list[float] = setting(lambda: [0.735, 0.13], "m", size=2, lower=-2, upper=2)
+    spread: float = setting(0.005, "m", lower=0, upper=1)
+    water: list[float] = setting(lambda: [0.7, 0.95], size=2, lower=0, upper=1, rising=True)
+    temperature: list[float] = setting(lambda: [0.0, 0.2], size=2, lower=0, upper=1, rising=True)
 
 
 @dataclass
@@ -78,17 +77,6 @@ class KettleScenario(Appliance[KettleStart]):
     config_class: ClassVar[type[ScenarioConfig]] = KettleConfig
     faults: ClassVar[tuple[str, ...]] = FAULTS
     config: KettleConfig
-
-    def check_config(self) -> None:
-        """Refuse starts that can't be."""
-        super().check_config()
-        start = self.config.start
-        places = {"start.bottle": (start.bottle, 2), "start.kettle": (start.kettle, 2)}
-        contents = {"start.water": start.water, "start.temperature": start.temperature}
-        check_numbers(self.name, {**places, **{k: (v, 2) for k, v in contents.items()}})
-        check_ranges(self.name, {k: (v, 1.0) for k, v in contents.items()})
-        if not start.spread >= 0:
-            raise InputError(f"kettle: start.spread is {start.spread}; give a number from 0")
 
     def make_graph(self) -> InteractionGraph:
         """Six interactions; bottle and kettle act on each other."""

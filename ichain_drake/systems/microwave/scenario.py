@@ -25,11 +25,11 @@ from ichain_drake.scenarios.adjustable import Adjustable
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.config_checks import check_numbers, check_ranges
 from ichain_drake.scenarios.mishaps import FAULTS, Mishap, MishapConfig
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray
 from ichain_drake.systems.microwave.demonstrations import script_pieces
 from ichain_drake.systems.microwave.layout import LAYOUT, MicrowaveStart
@@ -58,10 +58,10 @@ class OvenStartConfig:
         knob: angle, from, to [rad].
     """
 
-    food: list[float] = field(default_factory=lambda: [0.63, -0.28])
-    spread: list[float] = field(default_factory=lambda: [0.012, 0.025])
-    temperature: list[float] = field(default_factory=lambda: [0.0, 0.2])
-    knob: list[float] = field(default_factory=lambda: [0.0, 0.08])
+    food: list[float] = setting(lambda: [0.63, -0.28], "m", size=2, lower=-2, upper=2)
+    spread: list[float] = setting(lambda: [0.012, 0.025], "m", size=2, lower=0, upper=1)
+    temperature: list[float] = setting(lambda: [0.0, 0.2], size=2, lower=0, upper=1, rising=True)
+    knob: list[float] = setting(lambda: [0.0, 0.08], "rad", size=2, lower=0, upper=LAYOUT.knob.travel, rising=True)
 
 
 @dataclass
@@ -87,15 +87,6 @@ class Microwave(Appliance[MicrowaveStart]):
     closes_by: ClassVar[float] = 0.05
     script_purpose: ClassVar[int] = 1
     config: MicrowaveConfig
-
-    def check_config(self) -> None:
-        """Refuse starts that can't be."""
-        super().check_config()
-        start = self.config.start
-        lists = {"food": start.food, "spread": start.spread, "temperature": start.temperature, "knob": start.knob}
-        check_numbers(self.name, {f"start.{k}": (v, 2) for k, v in lists.items()})
-        most = {"temperature": 1.0, "knob": LAYOUT.knob.travel}
-        check_ranges(self.name, {f"start.{k}": (lists[k], v) for k, v in most.items()})
 
     def make_graph(self) -> InteractionGraph:
         """The seven interactions of paper fig. 5."""

@@ -6,7 +6,7 @@ those of `water_dispenser`, at the one machine or at the other.
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -36,6 +36,7 @@ from ichain_drake.scenarios.mishaps import Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.scenarios.seats import Seat
+from ichain_drake.settings import setting
 from ichain_drake.systems.water_dispenser.demonstrations import script_pieces
 from ichain_drake.systems.water_dispenser.layout import LAYOUT, DispenserStart
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser, WaterDispenserConfig
@@ -55,7 +56,7 @@ class TwoDispensersConfig(WaterDispenserConfig):
         spacing: from the near machine to the far one along y [m].
     """
 
-    spacing: float = field(default=-0.6)
+    spacing: float = setting(-0.6, "m", lower=-2, upper=2)
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,11 @@ from ichain_drake.scenarios.adjustable import Adjustable, push
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.scenarios.config_checks import check_numbers, check_ranges
 from ichain_drake.scenarios.mishaps import FAULTS, Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
+from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray
 from ichain_drake.systems.water_dispenser.demonstrations import script_pieces
 from ichain_drake.systems.water_dispenser.layout import LAYOUT, DispenserStart
@@ -47,10 +47,10 @@ class StartConfig:
         water, temperature: from, to.
     """
 
-    cup: list[float] = field(default_factory=lambda: [0.68, -0.16])
-    spread: list[float] = field(default_factory=lambda: [0.02, 0.05])
-    water: list[float] = field(default_factory=lambda: [0.7, 0.95])
-    temperature: list[float] = field(default_factory=lambda: [0.0, 0.2])
+    cup: list[float] = setting(lambda: [0.68, -0.16], "m", size=2, lower=-2, upper=2)
+    spread: list[float] = setting(lambda: [0.02, 0.05], "m", size=2, lower=0, upper=1)
+    water: list[float] = setting(lambda: [0.7, 0.95], size=2, lower=0, upper=1, rising=True)
+    temperature: list[float] = setting(lambda: [0.0, 0.2], size=2, lower=0, upper=1, rising=True)
 
 
 @dataclass
@@ -72,15 +72,6 @@ class WaterDispenser(Appliance[DispenserStart]):
     config_class: ClassVar[type[ScenarioConfig]] = WaterDispenserConfig
     faults: ClassVar[tuple[str, ...]] = FAULTS
     config: WaterDispenserConfig
-
-    def check_config(self) -> None:
-        """Refuse starts that can't be."""
-        super().check_config()
-        start = self.config.start
-        places = {"start.cup": (start.cup, 2), "start.spread": (start.spread, 2)}
-        contents = {"start.water": start.water, "start.temperature": start.temperature}
-        check_numbers(self.name, {**places, **{k: (v, 2) for k, v in contents.items()}})
-        check_ranges(self.name, {k: (v, 1.0) for k, v in contents.items()})
 
     def make_graph(self) -> InteractionGraph:
         """The seven interactions of paper fig. 6; cup and tank act on each other."""

@@ -27,11 +27,20 @@ def one(text: str) -> Condition:
         ("0.2 <= cup.water <= 0.6", 0.2, 0.6),
         ("cup.x == 0.5", 0.4798, 0.5202),
         ("cup.x = start", 0.1798, 0.2202),
+        ("-0.02 <= cup.x", -0.02, math.inf),
+        ("cup.x<-.5", -math.inf, math.nextafter(-0.5, -1)),
+        ("0.6 > cup.water", -math.inf, math.nextafter(0.6, 0)),
+        ("cup.water > 0.6", math.nextafter(0.6, 1), math.inf),
+        ("0.6 >= cup.water > 0.2", math.nextafter(0.2, 1), 0.6),
+        ("0.2 <= cup.water and cup.water <= 0.4", 0.2, 0.4),
+        ("keep cup.x within 0.1", 0.1, 0.3),
     ],
 )
 def test_every_form_becomes_a_range(text: str, low: float, high: float) -> None:
     found = one(text)
     assert (found.lower, found.upper) == pytest.approx((low, high))
+    if "<" in text or ">" in text:
+        assert (found.lower, found.upper) == (low, high)  # more than a value is not that value
 
 
 def test_several_expressions_on_one_variable_narrow_its_range() -> None:
@@ -45,19 +54,41 @@ def test_several_expressions_on_one_variable_narrow_its_range() -> None:
     [
         ("mug.water >= 1", "there is no object 'mug'; objects are robot, tap, tank, cup"),
         ("cup.heat >= 1", "cup has no variable 'heat'; it has x, water"),
-        ("cup.water > 1", "write object.variable >= value"),
-        ("cup >= 1", "write object.variable >= value"),
-        ("cup.water >= much", "'much' is not a finite number"),
+        ("cup.water >> 1", "at character 12, '>', a number or 'start' is expected"),
+        ("cup >= 1", "at character 1, 'cup', object.variable, a number or an interaction is expected"),
+        ("cup.water >=", "at the end, a number or 'start' is expected"),
+        ("cup.water 1", "at character 11, '1', a sign such as >= is expected"),
+        ("cup.water >= much", "at character 14, 'much', a number or 'start' is expected"),
+        ("cup.water >= 1 or cup.x >= 1", "at character 16, 'or', 'and' or the end is expected"),
+        ("cup.water >= 0.1 and", "at the end, object.variable, a number or an interaction is expected"),
+        ("0.1 <= cup.water >= 0.3", "at character 18, '>=', <= or <, as before, is expected"),
+        ("0.1 == cup.water == 0.3", "at character 18, '==', the end is expected"),
+        ("0.1 <= 0.3", "at character 8, '0.3', object.variable is expected"),
+        ("not cup.x", "an interaction as parent->child is expected"),
+        ("keep cup.x 0.1", "'within' is expected"),
+        ("robot->mug", "there is no interaction robot->mug"),
+        ("", "no goal is given"),
         ("cup.water >= nan", "'nan' is not a finite number"),
         ("0.7 <= cup.water <= 0.3", "no value of cup.water is in all the ranges"),
         ("not cup->tap", "there is no interaction cup->tap"),
     ],
 )
 def test_a_wrong_expression_is_one_line_that_says_what_to_write(text: str, message: str) -> None:
-    with pytest.raises(InputError, match="goal") as error:
+    with pytest.raises(InputError, match="goal '|no goal") as error:
         parse_goal([text], tap(), TAP_START)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_an_interaction_that_is_to_be_active() -> None:
+    goal = parse_goal(["tank->cup and cup.water >= 0.2", "not robot->cup"], tap())
+    assert (goal.active, goal.inactive) == ((Interaction("tank", "cup"),), (Interaction("robot", "cup"),))
+    with pytest.raises(InputError, match="robot->cup can't be both active and not"):
+        parse_goal(["robot->cup", "not robot->cup"], tap())
+    found = impossible(parse_goal(["robot->cup"], tap()), tap(), TAP_START)
+    assert isinstance(found, NoPlan) and "plans end with robot away" in found.reason
+    off = unmet(tap(), parse_goal(["tank->cup"], tap()), TAP_START)
+    assert off == "tank->cup is not active"
 
 
 def test_no_expression_and_a_start_that_is_not_known_are_refused() -> None:

@@ -89,7 +89,7 @@ def follow(controller: ChainController, path: TimedPath) -> tuple[np.ndarray, bo
     memory, progress, places = np.zeros((1, policy.memory_size)), 0, [sled[:2]]
     for _ in range(200):
         progress = path.advance(sled[:2], progress, 4 * TICK)
-        if path.completed(progress):
+        if path.near_end(progress):
             return np.array(places), True
         wanted = path.at_time(path.time[progress] + TICK * np.arange(1, policy.lookahead + 1))
         states = [hand[None], lever_of(hand)[None], sled[None]]

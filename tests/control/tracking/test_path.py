@@ -79,7 +79,7 @@ def test_a_corner_within_the_first_step_does_not_change_the_clock() -> None:
     bent = TimedPath(np.array([[0.0, 0.0], [0.5, 0.0], [0.5, 200.0]]), LIMITS)
     assert bent.time[-1] > 200 / 45
     assert bent.time[-1] == pytest.approx(200.5 / 45, rel=0.15)
-    assert not bent.completed(len(bent.points) - 5)
+    assert not bent.near_end(len(bent.points) - 5)
 
 
 def test_progress_only_goes_forward_and_no_further_than_asked() -> None:
@@ -93,9 +93,9 @@ def test_progress_only_goes_forward_and_no_further_than_asked() -> None:
     assert path.advance(path.points[-1], len(path.points) - 1, 1.0) == len(path.points) - 1
 
 
-def test_completed_within_the_tolerance_of_the_end() -> None:
+def test_near_the_end_within_the_tolerance_along_the_path() -> None:
     path = TimedPath(LINE, LIMITS)
-    assert [path.completed(k) for k in (0, 296, 297, 300)] == [False, False, True, True]
+    assert [path.near_end(k) for k in (0, 296, 297, 300)] == [False, False, True, True]
 
 
 @given(points=polylines, seed=st.integers(0, 1000))

@@ -1,78 +1,84 @@
-"""A path that turns more tightly than anything that was shown at its speed is refused, and no other."""
+"""Turns that were shown, paths that ask for more, and what is offered then."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from ichain_drake.control.tracking.path import PathLimits, TimedPath
-from ichain_drake.control.tracking.turns import check_turns
+from ichain_drake.control.tracking.turns import ShownTurns, check_turns, sharp_turn, slower, smooth_path
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.timing import TICK
 
-SPEED = 45.0
-LIMITS = PathLimits(speed=SPEED, turn_rate=9.0, spacing=1.0, smoothing=1.0, tolerance=3.0)
-ROLES = (Role("position", "plane", "x"), Role("position", "plane", "y"), Role("orientation", "plane", "z"))
-BOAT = StateSpace(
-    "boat",
-    (
-        Variable("x", "px", role=ROLES[0]),
-        Variable("y", "px", role=ROLES[1]),
-        Variable("h", "rad", kind="angle", role=ROLES[2]),
-    ),
-)
+LIMITS = PathLimits(speed=45.0)
+SPACE = StateSpace("car", (
+    Variable("x", "px", role=Role("position", "screen", "x")),
+    Variable("y", "px", role=Role("position", "screen", "y")),
+    Variable("heading", "rad", kind="angle", role=Role("orientation", "screen", "z")),
+))  # fmt: skip
+SHOWN = ShownTurns(np.linspace(10.0, 50.0, 400), np.full(400, 1 / 40))
+CORNER = TimedPath(np.array([[100.0, 100.0], [400.0, 100.0], [400.0, 400.0]]), LIMITS)
 
 
-def chain(radius: float, speed: float = SPEED, space: StateSpace = BOAT, rows: int = 60) -> SimpleNamespace:
-    """What was shown: a circle of a radius at a speed, once left and once right around."""
-    turn = speed * TICK / radius * np.arange(rows)
-    left = np.stack([radius * np.sin(turn), -radius * np.cos(turn), (turn + np.pi) % (2 * np.pi) - np.pi], axis=1)
-    graph = InteractionGraph({"wheel": StateSpace("wheel", (Variable("a"),)), "boat": space}, ["wheel->boat"])
-    return SimpleNamespace(graph=graph, names=("wheel", "boat"), targets=(0, 1), validation=[left, left * [1, -1, -1]])
+def chain() -> Any:
+    """A car that was shown driving a circle of 40 px at many speeds."""
+    speed = np.linspace(10.0, 50.0, 400)
+    heading = np.concatenate([[0.0], np.cumsum(speed * TICK / 40)])
+    step = (speed * TICK)[:, None] * np.stack([np.cos(heading[:-1]), np.sin(heading[:-1])], axis=1)
+    place = np.concatenate([[[0.0, 0.0]], np.cumsum(step, axis=0)])
+    graph = InteractionGraph({"hand": SPACE, "car": SPACE}, [("hand", "car")])
+    return SimpleNamespace(
+        graph=graph, names=("hand", "car"), targets=(0, 1), validation=[np.column_stack([place, heading])]
+    )
 
 
-def arc(radius: float, way: float = 1.0) -> TimedPath:
-    angle = np.linspace(0, 2.5, 400)
-    return TimedPath(np.stack([radius * np.cos(angle), way * radius * np.sin(angle)], axis=1) + 400.0, LIMITS)
+def circle(radius: float) -> TimedPath:
+    a = np.linspace(0.0, 2 * np.pi, 400)
+    return TimedPath(radius * np.stack([np.cos(a), np.sin(a)], axis=1), LIMITS)
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_turn_is_compared_with_the_tightest_that_was_shown(way: float) -> None:
-    check_turns(arc(110.0, way), chain(100.0), "path", "px")
-    with pytest.raises(InputError) as refused:
-        check_turns(arc(80.0, way), chain(100.0), "path arc", "px")
-    text = str(refused.value)
-    assert text.startswith("path arc: at (")
-    assert "turns with a radius of 80." in text
-    assert "the tightest turn in the demonstrations at 45 px/s is 99.9 px" in text
-    assert text.endswith("widen the turn, or lower path.speed")
+def test_what_was_shown_can_be_followed() -> None:
+    assert sharp_turn(circle(45.0), SHOWN) is None
+    assert sharp_turn(circle(35.0), SHOWN) is not None
 
 
-def test_the_place_of_the_turn_is_named() -> None:
-    straight = np.stack([np.linspace(0, 300, 200), np.zeros(200)], axis=1)
-    bend = np.linspace(-np.pi / 2, 0, 60)
-    bent = np.stack([300 + 50 * np.cos(bend), 50 + 50 * np.sin(bend)], axis=1)
-    after = np.stack([np.full(200, 350.0), np.linspace(50, 350, 200)], axis=1)
-    with pytest.raises(InputError, match=r"at \((29\d|30\d|31\d), \d\)") as refused:
-        check_turns(TimedPath(np.concatenate([straight, bent[1:], after[1:]]), LIMITS), chain(100.0), "path", "px")
-    assert "(0, 0)" not in str(refused.value)
+def test_a_tiny_circle_is_too_sharp_though_its_speed_was_hardly_shown() -> None:
+    """It is so tight that it would be taken far slower than anything in the demonstrations."""
+    tiny = circle(5.0)
+    assert tiny.speed.max() < 8
+    assert sharp_turn(tiny, SHOWN) is not None
 
 
-def test_speeds_that_were_hardly_shown_and_objects_without_heading_refuse_nothing() -> None:
-    tight = arc(40.0)
-    with pytest.raises(InputError):
-        check_turns(tight, chain(100.0, speed=1.25 * SPEED), "path", "px")
-    check_turns(tight, chain(100.0, speed=1.4 * SPEED), "path", "px")
-    check_turns(tight, chain(100.0, speed=0.6 * SPEED), "path", "px")
-    check_turns(tight, chain(100.0, rows=4), "path", "px")
-    plain = StateSpace("boat", tuple(Variable(v.name, v.unit, kind=v.kind) for v in BOAT.variables))
-    check_turns(tight, chain(100.0, space=plain), "path", "px")
+def test_a_speed_that_is_advised_works() -> None:
+    """Slower was shown turning more sharply: the advice is checked before it is given."""
+    speed = np.linspace(5.0, 50.0, 500)
+    shown = ShownTurns(speed, 1.1 / speed)
+    path = circle(33.0)
+    sharp = ShownTurns(speed, np.where(speed > 25, 1 / 60, 1 / 20))
+    advised = slower(path, sharp)
+    assert advised is not None and advised < 45
+    assert sharp_turn(TimedPath(path.points, PathLimits(speed=advised)), sharp) is None
+    assert slower(circle(3.0), sharp) is None
+    assert sharp_turn(circle(60.0), shown) is None
 
 
-def test_a_heading_that_wraps_is_no_turn() -> None:
-    shown = chain(100.0)
-    assert max(np.abs(np.diff(piece[:, 2])).max() for piece in shown.validation) > 6.0
-    with pytest.raises(InputError, match="demonstrations at 45 px/s is 99.9 px"):
-        check_turns(arc(70.0), shown, "path", "px")
+def test_a_refusal_says_what_would_help() -> None:
+    with pytest.raises(InputError, match="path corner: at .* radius of .* widen the turn or give --smooth"):
+        check_turns(CORNER, chain(), "path corner", "px")
+
+
+def test_corners_are_rounded_as_far_as_needed_and_the_ends_stay() -> None:
+    path, off = smooth_path(CORNER, chain(), "path corner", "px")
+    check_turns(path, chain(), "path corner", "px")
+    np.testing.assert_allclose(path.points[[0, -1]], CORNER.points[[0, -1]], atol=1e-9)
+    assert 3 < off < 40
+    same, none = smooth_path(circle(60.0), chain(), "path round", "px")
+    assert none == 0.0 and len(same.points) == len(circle(60.0).points)
+
+
+def test_what_no_smoothing_helps_is_refused() -> None:
+    with pytest.raises(InputError, match="however it is smoothed"):
+        smooth_path(circle(8.0), chain(), "path dot", "px")
