@@ -60,7 +60,7 @@ class RunFiles:
         """Folder for what is recorded; that of an earlier run is left as it is."""
         return unused_folder(self.folder / "demonstrations")
 
-    def check_apart(self, *read: Path | None) -> None:
+    def check_apart(self, read: Sequence[Path] = ()) -> None:
         """See that nothing is written twice, or over what is read.
 
         Args:
@@ -71,7 +71,7 @@ class RunFiles:
         """
         if self.record is not None and self.record.suffix != ".html":
             raise InputError(f"--record {self.record}: a playback ends in .html")
-        seen = {real_path(file): "is what the run reads" for file in read if file is not None}
+        seen = {real_path(file): "is what the run reads" for file in read}
         report = [] if self.report == "-" else [Path(self.report) if self.report else self.folder / "report.json"]
         for file in (self.playback, *report, self.folder / "paths.png", self.folder / "timeline.png"):
             place = real_path(file)
