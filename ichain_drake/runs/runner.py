@@ -111,7 +111,7 @@ def run_jobs(
         except BrokenProcessPool:
             _rescue(folder, rows)
             begun = [ids for k, (_, ids) in enumerate(work) if (folder / str(k)).exists()]
-            raise _lost([i for ids in begun for i in ids if i not in rows.found], rows) from None
+            raise _lost([ids for ids in begun if not all(i in rows.found for i in ids)], rows) from None
         except KeyboardInterrupt:
             _rescue(folder, rows)
             raise
@@ -159,15 +159,16 @@ def _run(job: Job, ids: tuple[str, ...], off: frozenset[str], note: Path) -> dic
     return found
 
 
-def _lost(running: Sequence[str], rows: RowFile) -> WorkerLostError:
+def _lost(running: Sequence[Sequence[str]], rows: RowFile) -> WorkerLostError:
     """The error about a killed process: what ran in those that worked, and what is left of the evaluation."""
     kept = f"{len(rows.found)} findings are kept"
     left = f"{kept}; give --report, so that --resume can go on" if rows.file is None else (
         f"{kept} in {rows.file}; go on with --resume"
     )  # fmt: skip
-    more = f" and {len(running) - 3} more" if len(running) > 3 else ""
-    what = " or ".join(running[:3]) + more if running else "its start"
-    return WorkerLostError(f"a worker process was killed (out of memory?) during {what}; {left}")
+    names = [ids[0] if len(ids) == 1 else f"{ids[0]} (and {len(ids) - 1} more with it)" for ids in running]
+    return WorkerLostError(
+        f"a worker process was killed (out of memory?) during {' or '.join(names) or 'its start'}; {left}"
+    )
 
 
 def _rescue(folder: Path, rows: RowFile) -> None:

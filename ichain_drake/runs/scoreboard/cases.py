@@ -48,7 +48,7 @@ SLOW_ORACLES = ("ship",)
 WHOLE = Budget(
     goals={"ideal": 20, "arm": 5, "contact": 8},
     paths={"ideal": 20, "arm": 3, "contact": 5},
-    faults={"ideal": 20, "arm": 5, "contact": 5},
+    faults={"ideal": 20, "arm": 3, "contact": 5},
     noisy_paths={"ideal": 10, "arm": 0, "contact": 3},
     oracle={"ideal": 5, "arm": 0, "contact": 0},
 )

@@ -86,7 +86,8 @@ class PathTrials:
                 learn_to_follow(run)
             except IchainError as error:
                 for case in self.cases:
-                    yield case.trial(self.seed), self._row(case, reason_of(error), LEARNING)
+                    if case.trial(self.seed) in ids:
+                        yield case.trial(self.seed), self._row(case, reason_of(error), LEARNING)
                 return
             seconds = {"learning_seconds": round(time.process_time() - busy, 3), "plan_seconds": None}
             before = time.monotonic() - began
