@@ -7,9 +7,9 @@ copy, so that the tree is left alone whenever it is stopped. Places are drawn at
 are possible there: another arithmetic or comparison operator, a number, a condition, a skipped loop. Changes of
 annotations and decorators are left out, as are those that no test could miss (arithmetic as bitwise operators).
 
-A mutated module is tested by the file that mirrors it, `tests/a/test_b.py` for `ichain_drake/a/b.py`, and by near ones
-that import it, or by its folder's where there are neither; then by small runs from end to end. A mutant is killed if a
-test fails, or does not come to an end within the time limit.
+A mutated module is tested by the file that mirrors it, `tests/a/test_b.py` for `ichain_drake/a/b.py`, by near ones that
+import it and by others of its folder; then by small runs from end to end. A mutant is killed if a test fails, or does
+not come to an end within the time limit.
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ def tests_of(module: Path) -> list[str]:
     near = [f for f in files if f != mirror and f.parts[1] in (*PACKAGES, "learned_graph")]
     direct = [f for f in near if imports.search(f.read_text())]
     folder = [f for f in files if f.parent == mirror.parent]
-    found = ([mirror] if mirror.exists() else []) + direct
-    return list(dict.fromkeys([*map(str, (found or folder)[:MOST_FILES]), *END_TO_END]))
+    found = dict.fromkeys(([mirror] if mirror.exists() else []) + direct + folder)
+    return list(dict.fromkeys([*map(str, list(found)[:MOST_FILES]), *END_TO_END]))
 
 
 def run(sample: int, seed: int, limit: float, packages: tuple[str, ...]) -> Iterator[dict[str, object]]:
