@@ -17,6 +17,7 @@ from ichain_drake.cli.check import check
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError
+from ichain_drake.files import printable
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -251,7 +252,7 @@ def library_check(source: Path) -> None:
 
 
 def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
+    return printable(" ".join(str(error).split()))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
