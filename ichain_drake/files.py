@@ -18,7 +18,12 @@ MOST_BYTES = 2**28
 
 def shown(file: Path) -> str:
     """A file's name as text that any terminal and page takes: bytes that are no UTF-8 in hexadecimal digits."""
-    return os.fsencode(file.name).decode(errors="backslashreplace")
+    return printable(os.fsencode(file.name).decode(errors="backslashreplace"))
+
+
+def printable(text: str) -> str:
+    """A text from outside in one line: what would move a terminal's cursor is written as an escape."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape", "surrogatepass").decode() for c in text)
 
 
 def reason_of(error: OSError | ValueError) -> str:

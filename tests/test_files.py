@@ -41,6 +41,7 @@ def test_a_name_in_another_encoding_can_be_shown(tmp_path: Path) -> None:
     file = tmp_path / os.fsdecode(b"caf\xe9.csv")
     assert shown(file) == r"caf\xe9.csv"
     shown(file).encode()
+    assert shown(tmp_path / "a\n\x1b[2Jb") == r"a\n\x1b[2Jb"
 
 
 def test_a_new_file_never_replaces(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError, WorkerLostError
+from ichain_drake.files import printable
 
 TRACEBACK = "ICHAIN_TRACEBACK"
 """Environment variable: set, an error that was not foreseen shows its traceback."""
@@ -290,7 +291,7 @@ def library_check(source: Path) -> None:
 
 
 def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
+    return printable(" ".join(str(error).split()))
 
 
 def _unforeseen(error: Exception) -> str:

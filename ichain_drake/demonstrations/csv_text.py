@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from ichain_drake.errors import InputError
-from ichain_drake.files import MOST_BYTES, read_whole
+from ichain_drake.files import MOST_BYTES, printable, read_whole
 
 ENDINGS = (".csv", ".csv.gz")
 
@@ -94,7 +94,7 @@ def read_csv(file: Path, what: str, columns: str) -> TextTable:
     decimal = "," if separator != "," else "."
     data = {i: _numbers([row[i].strip() for row in cells], decimal) for i in range(len(names))}
     table = pd.DataFrame(data, index=pd.RangeIndex(len(cells)))
-    table.columns = pd.Index(names)
+    table.columns = pd.Index([printable(name) for name in names])
     return TextTable(table, first + 1)
 
 

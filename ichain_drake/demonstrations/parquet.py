@@ -13,10 +13,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ichain_drake.errors import InputError
-from ichain_drake.files import read_whole
+from ichain_drake.files import printable, read_whole
 
 _METADATA_KEY = b"ichain_drake"
 _MOST_CELLS = 5 * 10**7  # 400 MB as numbers
+_ROWS = 2**14  # of one batch
 _MOST_PARTS = 10**4  # of a list in the file's own description: columns, row groups
 _MOST_TEXT = 10**7  # bytes of a text in it
 
@@ -41,26 +42,31 @@ def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
             thrift_container_size_limit=_MOST_PARTS,
             thrift_string_size_limit=_MOST_TEXT,
         ) as stored:
-            about = stored.metadata
-            # Each value counts, also of lists; a file may claim fewer rows than its parts hold.
-            values = sum(
-                about.row_group(i).column(j).num_values
-                for i in range(about.num_row_groups)
-                for j in range(about.row_group(i).num_columns)
-            )
-            cells = max(values, about.num_rows * about.num_columns)
+            # Not by what it says of its columns: pyarrow ends the whole process over some that are damaged.
+            cells = stored.metadata.num_rows * stored.metadata.num_columns
             if cells > _MOST_CELLS:
                 raise InputError(
                     f"{file}: can't read {what}: it claims {cells} values, and {_MOST_CELLS} are read at most; split it"
                 )
-            table = stored.read(use_threads=False)
+            table = _read(stored, file, what)
         units = _units(table.schema.metadata or {}, file, what)
         return _seconds(table.replace_schema_metadata(None).to_pandas()), units
     except InputError:
         raise
     except (Exception, MemoryError) as error:  # whatever pyarrow makes of damage
-        line = (str(error).splitlines() or [""])[0][:200]
+        line = printable((str(error).splitlines() or [""])[0][:200])
         raise InputError(f"{file}: can't read {what}: {line or type(error).__name__}") from None
+
+
+def _read(stored: pq.ParquetFile, file: Path, what: str) -> pa.Table:
+    """All rows, bit by bit: lists in cells, and parts that hold more rows than claimed, would take any memory."""
+    batches, total = [], 0
+    for batch in stored.iter_batches(_ROWS, use_threads=False):
+        total += batch.nbytes
+        if total > 8 * _MOST_CELLS:
+            raise InputError(f"{file}: can't read {what}: it holds more than {8 * _MOST_CELLS / 1e6:.0f} MB; split it")
+        batches.append(batch)
+    return pa.Table.from_batches(batches, stored.schema_arrow)
 
 
 def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, str]:
@@ -73,15 +79,15 @@ def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, 
     units = about.get("units", {}) if isinstance(about, dict) else None
     if not isinstance(units, dict) or not all(isinstance(u, str) for u in units.values()):
         raise InputError(
-            f'{file}: can\'t read {what}: its metadata is {str(about)[:40]}, not {{"units": {{column: unit}}}}; write '
+            f'{file}: can\'t read {what}: its metadata is {printable(str(about)[:40])}, not {{"units": {{column: unit}}}}; write '
             "it anew"
         )
-    return units
+    return {printable(str(c)): printable(u) for c, u in units.items()}
 
 
 def _seconds(table: pd.DataFrame) -> pd.DataFrame:
     """The table with moments and spans of time as seconds, moments since the first."""
-    table.columns = pd.Index([str(c) for c in table.columns])
+    table.columns = pd.Index([printable(str(c)) for c in table.columns])
     for i, kind in enumerate(table.dtypes):
         if pd.api.types.is_datetime64_any_dtype(kind):
             values = table.iloc[:, i]

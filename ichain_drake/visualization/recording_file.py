@@ -13,13 +13,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ichain_drake.array_claims import check_claims
 from ichain_drake.errors import InputError
-from ichain_drake.files import write_whole
+from ichain_drake.files import read_whole, write_whole
 from ichain_drake.graph import Interaction
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.visualization.recording import Episode, Readout, Recording, Strip
 
 FORMAT = "ichain-recording-2"
+_MOST_BYTES = 2**30  # an hour of a large graph takes a tenth of it
+_DAMAGE = (
+    AttributeError, EOFError, LookupError, MemoryError, NotImplementedError, OSError, OverflowError, RuntimeError,
+    SyntaxError, TypeError, ValueError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
+"""What numpy and zipfile make of damaged archives."""
 
 
 def save_recording(recording: Recording, file: Path) -> None:
@@ -84,11 +91,17 @@ def load_recording(file: str | Path) -> Recording:
             message names the field.
     """
     file = Path(file)
+    if not file.exists():
+        raise InputError(f"{file}: there is no such recording")
+    data = io.BytesIO(read_whole(file, "the recording", _MOST_BYTES))
     try:
-        archive = np.load(file, allow_pickle=False)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        if isinstance(error, FileNotFoundError):
-            raise InputError(f"{file}: there is no such recording") from error
+        archive = np.load(data, allow_pickle=False)
+        if isinstance(archive, np.lib.npyio.NpzFile):
+            check_claims(data, str(file))
+            archive = np.load(data, allow_pickle=False)
+    except InputError:
+        raise
+    except _DAMAGE as error:
         raise InputError(f"{file}: not a recording, or cut short; record it again") from error
     if not isinstance(archive, np.lib.npyio.NpzFile):
         raise InputError(f"{file}: not a recording (a bare array); record it again")
@@ -111,7 +124,7 @@ class _Fields:
             raise self.error(name, "is missing")
         try:
             value = self._archive[name]
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        except _DAMAGE as error:
             raise self.error(name, "is damaged") from error
         if value.dtype.kind not in kinds:
             raise self.error(name, f"has values of type {value.dtype}")
@@ -131,7 +144,7 @@ def _read(fields: _Fields) -> Recording:
         return Recording(contents["scenario"], contents["physics"], seed, spaces, tuple(episodes), edges)
     except InputError:
         raise
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError) as error:
         raise fields.error("contents", f"is malformed ({type(error).__name__}: {error})") from error
 
 

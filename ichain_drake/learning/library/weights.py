@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ichain_drake.array_claims import check_claims
 from ichain_drake.errors import InputError
 from ichain_drake.learning.frozen import FrozenModel, from_arrays
 
@@ -83,6 +84,7 @@ def unpack_arrays(data: bytes, where: str) -> dict[str, NDArray[Any]]:
             names = archive.namelist()
         if packed or len(set(names)) != len(names):
             raise InputError(f"{where}: is no .npz file of this library: it is compressed or names an array twice")
+        check_claims(io.BytesIO(data), where)
         arrays = {}
         with np.load(io.BytesIO(data), allow_pickle=False) as opened:
             for name in opened.files:
