@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from pydrake.geometry import Meshcat, MeshcatParams
+from pydrake.geometry import Meshcat, MeshcatParams, Sphere
 
 from ichain_drake.control.planning.goal_text import read_goal_text
 from ichain_drake.errors import InputError
@@ -58,7 +58,9 @@ def test_goals_run_nothing(text: str) -> None:
 
 @pytest.fixture(scope="module")
 def meshcat() -> Meshcat:
-    return Meshcat(MeshcatParams(host="127.0.0.1", show_stats_plot=False))
+    shown = Meshcat(MeshcatParams(host="127.0.0.1", show_stats_plot=False))
+    shown.SetObject("ball", Sphere(0.1))
+    return shown
 
 
 EVIL = "</script><script>alert(1)</script>"
