@@ -44,6 +44,7 @@ if TYPE_CHECKING:
         GymnasiumGame,
     )
     from ichain_drake.robot import BodySpec, HandSpec, RobotSpec, SphereSurface, build_robot
+    from ichain_drake.robot.models import model_visualizer
     from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
     from ichain_drake.runs.goals.library import load_knowledge, load_what_fits, save_knowledge
     from ichain_drake.runs.goals.run import GraphRun, run_graph
@@ -75,6 +76,7 @@ _MODULES = {
     "objects": ("Car", "ContractError", "Joystick", "JoystickMount", "ObjectSettings", "WorldObject", "check_object"),
     "objects.gymnasium": ("ActionTerm", "AttributeSnapshot", "GameEnvironment", "GameSpec", "GymnasiumGame"),
     "robot": ("BodySpec", "HandSpec", "RobotSpec", "SphereSurface", "build_robot"),
+    "robot.models": ("model_visualizer",),
     "world": ("World",),
     "demonstrations": (
         "Demonstration",
@@ -195,6 +197,7 @@ __all__ = [
     "load_recording",
     "load_scenario",
     "make_controller",
+    "model_visualizer",
     "paper_path_error",
     "path_error",
     "read_demonstration",

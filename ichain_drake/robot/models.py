@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import PackageMap, Parser
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.visualization import ModelVisualizer
 
 from ichain_drake.errors import InputError
 
@@ -31,6 +33,17 @@ def package_map() -> PackageMap:
     packages = PackageMap.MakeEmpty()
     packages.Add(PACKAGE_NAME, str(models_path()))
     return packages
+
+
+def model_visualizer(**keywords: Any) -> ModelVisualizer:
+    """Drake's `ModelVisualizer`, which finds our models: `model_visualizer().AddModels(url=...)`, then `.Run()`.
+
+    Args:
+        keywords: of `ModelVisualizer`, such as `visualize_frames=True`.
+    """
+    visualizer = ModelVisualizer(**keywords)
+    visualizer.package_map().AddMap(package_map())
+    return visualizer
 
 
 def model_parser(plant: MultibodyPlant, scene_graph: SceneGraph | None = None) -> Parser:

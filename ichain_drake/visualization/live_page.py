@@ -23,6 +23,7 @@ from pydrake.geometry import Meshcat
 from ichain_drake.errors import IchainError
 
 _CONNECT = "url = location.toString();"
+_PAD = 2  # place of the gamepad's part in a line of instructions
 _SILENCE = 2.5  # [s] a page asks four times a second
 
 
@@ -48,7 +49,13 @@ class LivePage:
     ) -> None:
         self._meshcat = meshcat
         self._origin = meshcat.web_url().rstrip("/")
-        config = {"title": title, "instructions": list(instructions), "keys": dict(keys or {})}
+        config = {
+            "title": title,
+            "instructions": list(instructions),
+            "keys": dict(keys or {}),
+            "pads": any(len(line) > _PAD and line[_PAD] for line in instructions),
+            "socket": meshcat.ws_url(),
+        }
         self._page = _page(_fetch(f"{self._origin}/")[0].decode(), meshcat.ws_url(), config)
         self._status = b"{}"
         self._asked = 0.0
@@ -146,7 +153,7 @@ def _page(page: str, socket: str, config: dict[str, Any]) -> bytes:
         [
             f"<style>{assets.joinpath('live.css').read_text(encoding='utf-8')}</style>\n",
             f"<script>const ichainConfig = {data};\n",
-            *(assets.joinpath(name).read_text(encoding="utf-8") for name in ("element.js", "live.js")),
+            *(assets.joinpath(name).read_text(encoding="utf-8") for name in ("element.js", "gamepad.js", "live.js")),
             "</script>\n",
         ]
     )

@@ -12,7 +12,7 @@ KEYS = {
     "scenario", "physics", "seed", "goal_reached", "reason", "control_steps", "sim_seconds", "wall_seconds", "versions",
     "given", "models", "metrics",
 }  # fmt: skip
-FLAT = {"mean_error_px", "paper_metric_px", "completed", "oracle_error_px", "oracle_reason", "unit"}
+FLAT = {"mean_error_px", "paper_metric_px", "completed", "reason", "oracle_error_px", "oracle_reason", "unit"}
 
 
 def test_a_run_writes_report_playback_picture_and_demonstrations(ran, strict_json):

@@ -9,6 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 from pydrake.visualization import ModelVisualizer
 
+import ichain_drake
 from ichain_drake.errors import InputError
 from ichain_drake.robot import model_parser, models_path, package_map
 from ichain_drake.robot.kinematics import ArmKinematics
@@ -121,3 +122,10 @@ def test_joystick_has_springs_and_turns_as_declared() -> None:
     plant.CalcForceElementsContribution(context, forces)
     np.testing.assert_allclose(forces.generalized_forces(), [-0.5 * a, -0.5 * b], atol=1e-12)
     np.testing.assert_allclose(plant.CalcGravityGeneralizedForces(context), 0.0, atol=1e-12)
+
+
+def test_drakes_visualizer_finds_our_models() -> None:
+    visualizer = ichain_drake.model_visualizer(visualize_frames=True)
+    visualizer.AddModels(url="package://ichain_drake_models/joystick/joystick.sdf")
+    visualizer.Finalize()
+    assert visualizer.meshcat().web_url().startswith("http")

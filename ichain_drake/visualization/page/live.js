@@ -5,6 +5,7 @@ const ichainLive = { watching: false, status: {}, frames: 0 };
 (() => {
   const ASK = 250, MOVE = 33, FULL = 250, BACK = 150;  // [ms]: asking, moving; from 0 to 1; from 1 to 0
   const FEW = 12;  // frames a second that are too few to drive by
+  const PATIENCE = 4000;  // [ms] after which a scene that is not connected is said to be out of reach
   const config = ichainConfig;
   const panel = ichainMake(document.body, "div");
   panel.id = "ichain-live";
@@ -26,9 +27,12 @@ const ichainLive = { watching: false, status: {}, frames: 0 };
     state.className = "state " + status.state;
     state.textContent = status.text;
     const slow = ichainLive.frames < FEW ? `this browser draws only ${ichainLive.frames} frames a second` : "";
-    alarm.textContent = [status.alarm, slow].filter(text => text).join("; ");
+    const pad = config.pads ? { gamepad: ichainPads.look() } : {};
+    const scene = performance.now() > PATIENCE && viewer.connection?.readyState !== WebSocket.OPEN
+      ? `the scene at ${config.socket} is out of reach from this browser: forward that port, too` : "";
+    alarm.textContent = [status.alarm, ichainPads.lost, scene, slow].filter(text => text).join("; ");
     values.replaceChildren();
-    for (const [label, value] of Object.entries(status.values)) {
+    for (const [label, value] of Object.entries({ ...status.values, ...pad })) {
       const line = ichainMake(values, "tr");
       ichainMake(line, "td", "", label);
       ichainMake(line, "td", "", value);
@@ -50,7 +54,7 @@ const ichainLive = { watching: false, status: {}, frames: 0 };
       asking = false;
     }, ${ASK});`])));
   worker.onmessage = event => {
-    ichainLive.watching = event.data !== null && viewer.connection.readyState === WebSocket.OPEN;
+    ichainLive.watching = event.data !== null && viewer.connection?.readyState === WebSocket.OPEN;
     if (event.data !== null) show(event.data);
     else if (ichainLive.status.state !== "ended") {
       state.className = "state waiting";

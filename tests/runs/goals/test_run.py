@@ -109,7 +109,7 @@ def test_keep_holds_a_variable_near_its_start() -> None:
     assert goal.conditions[0].lower + 0.02 == pytest.approx(start["cup"][0])
     with pytest.raises(InputError, match="no object 'mug'"):
         make_goal(["keep mug.x within 0.02"], knowledge().model, start)
-    with pytest.raises(InputError, match="'wide' is not a finite number"):
+    with pytest.raises(InputError, match="at character 19, 'wide', a number is expected"):
         make_goal(["keep cup.x within wide"], knowledge().model, start)
 
 
