@@ -10,7 +10,7 @@ from ichain_drake.learning.tick import LearnedInteraction
 
 _LEAST_EVENTS = 3
 _LEAST_PIECES = 3
-_GOOD_STATUS, _GOOD_EVENTS, _GOOD_BLOCKS = 0.9, 0.5, 0.9
+_GOOD_STATUS, _GOOD_EVENTS = 0.9, 0.5
 
 
 def report(model: InteractionModel) -> dict[str, Any]:
@@ -71,7 +71,10 @@ def _edge(model: InteractionModel, edge: Interaction, learned: LearnedInteractio
             "margin": status.margin,
             "f1": status.score,
             "event_f1": status.event_score,
-            "block_score": status.block_score,
+            "likelihood": status.likelihood,
+            "calibration_error": status.calibration_error,
+            "spread": status.spread,
+            "slip": status.slip,
         },
         "effects": effects,
         "events": {
@@ -91,7 +94,7 @@ def _warnings(model: InteractionModel, edge: Interaction, learned: LearnedIntera
     ):
         if len(events) < _LEAST_EVENTS:
             out.append(f"{edge.name}: {what} only {len(events)} times in all pieces; add {remedy}")
-    if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS or status.block_score < _GOOD_BLOCKS:
+    if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS:
         out.append(
             f"{edge.name}: on pieces left out, its status is told with F1 {status.score:.2f}, its switching with "
             f"{status.event_score:.2f}; add a boundary sweep: a piece that slowly crosses the border of where "

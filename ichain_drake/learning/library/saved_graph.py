@@ -32,7 +32,7 @@ _FORM = {
     "time": str,
     "objects": Keyed(str, SPACE),
     "interactions": Keyed(
-        str, {"samples": int, "f1": float, "event_f1": float, "block_score": float, "effects": Keyed(str, float)}
+        str, {"samples": int, "f1": float, "event_f1": float, "calibration_error": float, "effects": Keyed(str, float)}
     ),
     "model": Free(),
     "robot_seconds": float,
