@@ -110,7 +110,8 @@ def choose_regression(
     best: Regression | None = None
     best_prediction = nothing
     for column in declared:
-        if clearly(_gains(sample, best_prediction, x[:, column], judged_noise)):
+        # Roles are priors: what they declare needs to be likelier than chance, not clear in every part.
+        if _gains(sample, best_prediction, x[:, column], judged_noise).sum() > np.log(1.0 + x.shape[1]):
             best_prediction = x[:, column]
             best = _describe(_IDENTITY, sample, (column,), 1, piece)
     taken = best is not None
