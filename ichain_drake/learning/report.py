@@ -18,7 +18,7 @@ def report(model: InteractionModel) -> dict[str, Any]:
 
     Returns:
         `pieces`, `passive` per object and variable, `interactions` per edge with `status`, `effects`, `events` and
-        `warnings`, and all `warnings` in one list.
+        `warnings`, `findings` about the pieces, and these with all `warnings` in one list.
     """
     edges = {e.name: _edge(model, e, model.edges[e]) for e in model.graph.interactions}
     passive = {
@@ -32,7 +32,8 @@ def report(model: InteractionModel) -> dict[str, Any]:
         "pieces": list(model.pieces),
         "passive": passive,
         "interactions": edges,
-        "warnings": [w for e in edges.values() for w in e["warnings"]],
+        "findings": list(model.findings),
+        "warnings": [*model.findings, *(w for e in edges.values() for w in e["warnings"])],
     }
 
 
