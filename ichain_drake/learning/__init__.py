@@ -1,6 +1,7 @@
 """Learning an interaction graph from unordered demonstration pieces with active flags (paper sec. V, VI)."""
 
 from ichain_drake.learning.checks import read_pieces
+from ichain_drake.learning.findings import Finding, label_findings
 from ichain_drake.learning.inverse import Inverse, invert, wanted_change
 from ichain_drake.learning.known import KnownObject, KnownParts
 from ichain_drake.learning.learn import contradicted, learn_interactions
@@ -13,6 +14,7 @@ from ichain_drake.learning.tick import LearnedInteraction
 
 __all__ = [
     "EdgeExamples",
+    "Finding",
     "InteractionModel",
     "InteractionSpec",
     "Inverse",
@@ -25,6 +27,7 @@ __all__ = [
     "event_f1",
     "f1",
     "invert",
+    "label_findings",
     "learn_interactions",
     "read_pieces",
     "report",

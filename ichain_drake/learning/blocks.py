@@ -9,6 +9,7 @@ IntArray = NDArray[np.intp]
 
 _GROUPS = 8
 _SHORT = 5  # rows
+_FEW = 3  # pieces: of two left out in turn, either would have to tell about the other
 
 
 def piece_blocks(piece: IntArray, row: IntArray, groups: int = _GROUPS) -> IntArray:
@@ -25,8 +26,9 @@ def piece_blocks(piece: IntArray, row: IntArray, groups: int = _GROUPS) -> IntAr
     names, start, sizes = np.unique(piece, return_index=True, return_counts=True)
     out = np.zeros(len(piece), dtype=np.intp)
     pieces = len(names)
-    if pieces >= groups:
+    if pieces >= _FEW:
         # Whole pieces, dealt so that the groups are of like size.
+        groups = min(groups, pieces)
         loads = np.zeros(groups)
         for k in sorted(range(pieces), key=lambda k: (-sizes[k], k)):
             group = int(np.argmin(loads))

@@ -109,14 +109,14 @@ def _period(piece: Demonstration) -> float:
 
 
 def check_flags(names: Sequence[str], flags: Mapping[Interaction, Sequence[NDArray[np.bool_]]]) -> None:
-    """Check that every edge is seen both active and inactive.
+    """Check that every edge is seen active; one that is in every row is a permanent coupling, such as a gear.
 
     Args:
         names: of the pieces.
         flags: per edge and piece, shape (n_rows,).
 
     Raises:
-        InputError: for an edge that is never or always active; names it and the pieces.
+        InputError: for an edge that is never active; names it and the pieces.
     """
     listed = ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")
     for edge, parts in flags.items():
@@ -124,11 +124,6 @@ def check_flags(names: Sequence[str], flags: Mapping[Interaction, Sequence[NDArr
             raise InputError(
                 f"{edge.name}: never active in any of the {len(names)} pieces ({listed}); record a piece in which "
                 f"{edge.parent} acts on {edge.child}, or remove the edge"
-            )
-        if all(p.all() for p in parts):
-            raise InputError(
-                f"{edge.name}: active in every row of the {len(names)} pieces ({listed}); record a piece that shows "
-                f"{edge.child} without {edge.parent}, or learn it as a chain"
             )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,7 @@ class GraphData:
         pieces: the pieces.
         edges: the interactions.
         variables: indices of each object's variables.
+        copies: names of pieces that were left out, with the name of the piece whose numbers they repeat.
     """
 
     graph: InteractionGraph
@@ -57,6 +58,7 @@ class GraphData:
     pieces: tuple[Piece, ...]
     edges: tuple[Interaction, ...]
     variables: dict[str, tuple[int, ...]]
+    copies: dict[str, str] = field(default_factory=dict)
 
     def incoming(self, child: str) -> tuple[Interaction, ...]:
         """Interactions that act on an object, in canonical order."""
@@ -101,6 +103,10 @@ def collect(pieces: Sequence[Demonstration], graph: InteractionGraph, known: Col
     check_flags(names, {e: parts for e, parts in flags.items() if e not in known})
     check_contradictions(names, flags, {n: [p.states[n] for p in read] for n in spaces}, graph)
 
+    # What one piece says must not be counted twice, nor be left out and known from the other.
+    first: dict[tuple[tuple[str, ...], ...], str] = {}
+    copies = {p.name: first[k] for p in read if first.setdefault(k := _piece_key(p, graph.root), p.name) != p.name}
+    read = [p for p in read if p.name not in copies]
     ordered = tuple(sorted(read, key=lambda p: _piece_key(p, graph.root)))
     keys = {
         n: [_digest(np.concatenate([p.states[n][:, i] for p in ordered])) for i in range(len(space))]
@@ -112,15 +118,15 @@ def collect(pieces: Sequence[Demonstration], graph: InteractionGraph, known: Col
         for e in graph.interactions
     }
     edges = tuple(sorted(graph.interactions, key=lambda e: edge_keys[e]))
-    return GraphData(graph, spaces, ordered, edges, variables)
+    return GraphData(graph, spaces, ordered, edges, variables, copies)
 
 
 def _digest(values: NDArray) -> str:
     return hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest()
 
 
-def _piece_key(piece: Piece, root: str) -> tuple[list[str], list[str]]:
+def _piece_key(piece: Piece, root: str) -> tuple[tuple[str, ...], ...]:
     """The root and the flags first: no camera turns their numbers, so that it doesn't reorder the pieces either."""
     own = [_digest(column) for column in piece.states[root].T] + [_digest(f) for f in piece.flags.values()]
     others = [_digest(column) for name, states in piece.states.items() if name != root for column in states.T]
-    return sorted(own), sorted(others)
+    return tuple(sorted(own)), tuple(sorted(others))

@@ -10,12 +10,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.agreement import disagreements
 from ichain_drake.learning.data import GraphData, collect
 from ichain_drake.learning.effects.alignment import learn_alignment
 from ichain_drake.learning.effects.effects import MOVING, learn_effects
 from ichain_drake.learning.estimators.warned import collected_warnings
+from ichain_drake.learning.findings import findings_in
 from ichain_drake.learning.known import KnownObject, KnownParts, joined_examples, typical_row
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.noise import measurement_std
@@ -121,7 +123,7 @@ def _learn(
             seen.max(axis=0),
             _active_step(data, e, noise[e.parent]),
         )
-    return InteractionModel(
+    model = InteractionModel(
         graph=graph,
         edges=edges,
         passive=passive,
@@ -133,8 +135,12 @@ def _learn(
         order=data.edges,
         noise=noise,
         pieces=tuple(p.name for p in pieces),
-        wall_seconds=time.perf_counter() - started,
     )
+    found = findings_in(data, model)
+    for finding in found:
+        if finding.fatal:
+            raise InputError(finding.text)
+    return replace(model, findings=tuple(f.text for f in found), wall_seconds=time.perf_counter() - started)
 
 
 def _of(known: KnownParts, obj: str) -> list[KnownObject]:

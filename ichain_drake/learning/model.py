@@ -41,6 +41,7 @@ class InteractionModel:
         order: interactions in canonical order, in which effects are added up.
         noise: standard deviation of a reading, per object, shape (n_variables,).
         pieces: names of the pieces that it was learned from.
+        findings: what is odd about them, in one line each.
         wall_seconds: time that learning took [s].
     """
 
@@ -53,6 +54,7 @@ class InteractionModel:
     order: tuple[Interaction, ...]
     noise: dict[str, FloatArray]
     pieces: tuple[str, ...]
+    findings: tuple[str, ...] = field(default=(), compare=False)
     wall_seconds: float = field(default=0.0, compare=False)
 
     def decide(self, edge: Interaction, states: States) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.fitted import Regression
-from ichain_drake.learning.effects.regression import choose_regression
+from ichain_drake.learning.effects.regression import choose_regression, instrumented
 from ichain_drake.learning.spec import InteractionSpec
 from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 
@@ -117,7 +117,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
     earlier, first, second = (np.vstack([part[k] for part in lagged]) for k in range(3))
     if len(first):
         drift = choose_regression(
-            _instrumented(first[:, columns], earlier[:, columns]),
+            instrumented(first[:, columns], earlier[:, columns]),
             space.difference(second, first)[:, i],
             np.concatenate(piece),
             np.concatenate(row),
@@ -129,14 +129,6 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
         inputs = tuple(columns[c] for c in drift.columns)
         return PassiveVariable("learned", drift=drift, inputs=inputs, std=drift.std, samples=len(start))
     return PassiveVariable("hold", std=float(np.sqrt(held)), samples=len(start))
-
-
-def _instrumented(now: FloatArray, earlier: FloatArray) -> FloatArray:
-    """Each column as its own earlier reading predicts it: two-stage least squares, free of the reading's own noise."""
-    middle_now, middle = now.mean(axis=0), earlier.mean(axis=0)
-    spread = np.sum((earlier - middle) ** 2, axis=0)
-    slope = np.sum((now - middle_now) * (earlier - middle), axis=0) / np.where(spread > 0, spread, 1.0)
-    return middle_now + slope * (earlier - middle)
 
 
 def _is_change(space: StateSpace, index: int) -> bool:

@@ -11,7 +11,7 @@ from ichain_drake.learning.tick import LearnedInteraction
 
 _LEAST_EVENTS = 3
 _LEAST_PIECES = 3
-_GOOD_STATUS, _GOOD_EVENTS, _GOOD_BLOCKS = 0.9, 0.5, 0.9
+_GOOD_STATUS, _GOOD_EVENTS = 0.9, 0.5
 
 
 class Reported(Protocol):
@@ -35,7 +35,7 @@ def report(model: Reported) -> dict[str, Any]:
 
     Returns:
         `pieces`, `passive` per object and variable, `interactions` per edge with `status`, `effects`, `events` and
-        `warnings`, and all `warnings` in one list.
+        `warnings`, `findings` about the pieces, and these with all `warnings` in one list.
     """
     edges = {e.name: _edge(model, e, model.edges[e]) for e in model.graph.interactions}
     passive = {
@@ -49,7 +49,8 @@ def report(model: Reported) -> dict[str, Any]:
         "pieces": list(model.pieces),
         "passive": passive,
         "interactions": edges,
-        "warnings": [w for e in edges.values() for w in e["warnings"]],
+        "findings": list(model.findings),
+        "warnings": [*model.findings, *(w for e in edges.values() for w in e["warnings"])],
     }
 
 
@@ -88,7 +89,10 @@ def _edge(model: Reported, edge: Interaction, learned: LearnedInteraction) -> di
             "margin": status.margin,
             "f1": status.score,
             "event_f1": status.event_score,
-            "block_score": status.block_score,
+            "likelihood": status.likelihood,
+            "calibration_error": status.calibration_error,
+            "spread": status.spread,
+            "slip": status.slip,
         },
         "effects": effects,
         "events": {
@@ -108,7 +112,7 @@ def _warnings(model: Reported, edge: Interaction, learned: LearnedInteraction) -
     ):
         if len(events) < _LEAST_EVENTS:
             out.append(f"{edge.name}: {what} only {len(events)} times in all pieces; add {remedy}")
-    if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS or status.block_score < _GOOD_BLOCKS:
+    if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS:
         out.append(
             f"{edge.name}: when it is active is not predicted well on pieces that were left out (F1 "
             f"{status.score:.2f}; {status.event_score:.2f} for the moments at which it switches); add pieces in which "

@@ -8,14 +8,19 @@ from typing import Any
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.link import EstimatorSpec, specs_of
 from ichain_drake.learning.status.box import BoxClassifier
+from ichain_drake.state import FloatArray
 
 
 def _specs(*texts: str) -> tuple[EstimatorSpec, ...]:
     return tuple(EstimatorSpec.parse(text) for text in texts)
 
 
-def make_classifier(spec: EstimatorSpec) -> Any:
+def make_classifier(spec: EstimatorSpec, noise: FloatArray | float = 0.0) -> Any:
     """A new classifier by name: `box`, or one that `make_estimator` knows.
+
+    Args:
+        spec: name and parameters.
+        noise: of the readings of its inputs, shape (n_features,), for one that can use it.
 
     Raises:
         InputError: on an unknown name or parameter.
@@ -25,7 +30,7 @@ def make_classifier(spec: EstimatorSpec) -> Any:
     unknown = set(spec.parameters) - {"reach"}
     if unknown:
         raise InputError(f"estimator box has no parameter {sorted(unknown)[0]!r}; it has reach")
-    return BoxClassifier(**spec.parameters)
+    return BoxClassifier(**spec.parameters, noise=noise)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ class ActiveTicks:
     Attributes:
         parent, parent_next: the parent's state at the tick's start and end, shape (n, n_parent).
         child, child_next: the same of the child, shape (n, n_child).
+        child_before: the child's state one row before, or at the start where there is none, shape (n, n_child).
         others: of each other interaction with the child its parent's states at start and end, shape (n, n_other), and
             whether it acts, shape (n,).
         piece: index of the piece, shape (n,).
@@ -29,6 +30,7 @@ class ActiveTicks:
     parent_next: FloatArray
     child: FloatArray
     child_next: FloatArray
+    child_before: FloatArray
     others: dict[Interaction, tuple[FloatArray, FloatArray, NDArray[np.bool_]]]
     piece: NDArray[np.intp]
     row: NDArray[np.intp]
@@ -49,7 +51,7 @@ def active_ticks(data: GraphData, edge: Interaction) -> ActiveTicks:
         ticks = [np.flatnonzero(p.flags[edge][1:]) for p in data.pieces]
 
     def take(obj: str, later: int) -> FloatArray:
-        return np.vstack([p.states[obj][t + later] for p, t in zip(data.pieces, ticks, strict=True)])
+        return np.vstack([p.states[obj][np.maximum(t + later, 0)] for p, t in zip(data.pieces, ticks, strict=True)])
 
     others = {
         e: (
@@ -65,6 +67,7 @@ def active_ticks(data: GraphData, edge: Interaction) -> ActiveTicks:
         take(edge.parent, 1),
         take(edge.child, 0),
         take(edge.child, 1),
+        take(edge.child, -1),
         others,
         np.repeat(np.arange(len(ticks)), [len(t) for t in ticks]),
         np.concatenate(ticks),

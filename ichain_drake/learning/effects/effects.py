@@ -14,7 +14,7 @@ from ichain_drake.learning.effects.active_ticks import ActiveTicks, active_ticks
 from ichain_drake.learning.effects.alignment import Alignment
 from ichain_drake.learning.effects.columns import Column, candidate_columns
 from ichain_drake.learning.effects.fitted import Regression
-from ichain_drake.learning.effects.regression import choose_regression
+from ichain_drake.learning.effects.regression import choose_regression, instrumented
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.spec import InteractionSpec
 from ichain_drake.state import FloatArray, StateSpace
@@ -117,9 +117,13 @@ def _tell_apart(
         best = max(gains, key=gains.__getitem__)
         _put(effects, best, fits[best])
         together.remove(best)
-    for e in rows:
-        if _overlapping(rows[e], effects):
-            _put(effects, e, fit(e))
+    for _ in rows:
+        before = set(effects)
+        for e in rows:
+            if _overlapping(rows[e], effects):
+                _put(effects, e, fit(e))
+        if set(effects) == before:  # else some were fitted to what another left that is none
+            break
 
 
 def _put(effects: dict[Interaction, Effect], edge: Interaction, effect: Effect | None) -> None:
@@ -183,6 +187,10 @@ def _fit(
     if passive.variables[i].kind == "constant":  # without memory its own past tells only what its parents did then
         columns = [c for c in columns if (c.source, c.index) != ("child", i)]
     x = np.stack([c(rows.parent, rows.parent_next, rows.child) for c in columns], axis=1)
+    # The noise of a reading that also starts the change would look like a return to the mean.
+    for k in (k for k, c in enumerate(columns) if (c.source, c.index) == ("child", i)):
+        earlier = columns[k](rows.parent, rows.parent_next, rows.child_before)
+        x[keep, k] = instrumented(x[keep][:, [k]], earlier[keep, None])[:, 0]
     fitted = choose_regression(
         x[keep],
         residual[keep],

@@ -15,21 +15,15 @@ from ichain_drake.learning.effects.fitted import Regression
 from ichain_drake.learning.effects.screening import CubicScreening, RectifiedScreening, Screening, window_means
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.learning.frozen.polynomial import Polynomial
+from ichain_drake.learning.selection import by_part, clearly
 from ichain_drake.state import FloatArray
 
-_EXISTS = 0.5  # an effect must leave at most this share of the squared change
-_NOISY = 2.0  # times what noise alone gives, a change must be
-_HARM = 0.2  # groups that it makes worse may lose this share of what it gains in all
-_SHARE = 0.05  # of the gain, that a group must have to count; two groups must
-_SIMPLER = 0.85  # a later estimator is taken if it leaves at most this share of the error
-_FOREIGN = 0.3  # the same for one that adds other columns to those built from roles
 _MOST_ROWS = 500
 _DEAD = (0.0, 0.05, 0.1, 0.2, 0.35)  # dead-bands to choose from, in root mean squares of the prediction
 _LEAST = 6
 _OUTSTANDING = 7.0  # medians: such a change is not noise
 _LEAST_OUTSTANDING = 8  # rows
 _IDENTITY = "as declared"  # a column that is the change itself
-_JUMP = 7.0  # noises
 
 
 def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | None:
@@ -110,29 +104,27 @@ def choose_regression(
     if len(np.unique(group)) < 2:
         return None
     length = np.array([b - a for a, b in sample.judge], dtype=float)
-    zero = float(np.sum(length * sample.judged(np.zeros(len(y))) ** 2))
-    # What readings alone would give: the mean change over a window is the difference of two of them over its length.
-    by_noise = 0.0 if window == 1 else noise**2 * float(np.sum(2.0 / length))
-    if zero < _NOISY * by_noise:
-        return None
+    nothing = np.zeros(len(y))
+    zero = float(np.sum(length * sample.judged(nothing) ** 2))
+    judged_noise = noise if window > 1 else 0.0  # what has no memory is not judged by differences
     best: Regression | None = None
-    best_error, best_prediction = np.inf, np.zeros(len(y))
+    best_prediction = nothing
     for column in declared:
-        error = float(np.sum(length * sample.judged(x[:, column]) ** 2))
-        if error < best_error and (error < _EXISTS * zero or _explains_jumps(x[:, column], y, noise)):
-            best_error, best_prediction = error, x[:, column]
+        # Roles are priors: what they declare needs to be likelier than chance, not clear in every part.
+        if _gains(sample, best_prediction, x[:, column], judged_noise).sum() > np.log(1.0 + x.shape[1]):
+            best_prediction = x[:, column]
             best = _describe(_IDENTITY, sample, (column,), 1, piece)
     taken = best is not None
     for columns, fit_length, specs in () if taken else _candidates(sample, estimators, preferred):
+        # Any of the columns might have been picked, and any of the estimators.
+        more = len(columns) - (len(best.columns) if best is not None else 0)
+        tried = (1 + len(estimators)) * x.shape[1] ** max(more, 0)
         for spec in specs:
             prediction = _left_out(spec, sample, columns, fit_length)
-            if prediction is None:
-                continue
-            error = float(np.sum(length * sample.judged(prediction) ** 2))
-            if error + by_noise < _needed(best, columns, preferred) * (best_error + by_noise):
-                best_error, best_prediction = error, prediction
+            if prediction is not None and clearly(_gains(sample, best_prediction, prediction, judged_noise), tried):
+                best_prediction = prediction
                 best = _describe(spec, sample, columns, fit_length, piece)
-    if best is None or (not taken and (best_error > _EXISTS * zero or not _helps(sample, best_prediction))):
+    if best is None:
         return None
     dead = _dead_band(sample, best_prediction) if best.frozen is not None and window > 1 and not taken else 0.0
     residual = y - np.where(np.abs(best_prediction) < dead, 0.0, best_prediction)
@@ -141,15 +133,36 @@ def choose_regression(
         dead_band=dead,
         std=float(np.sqrt(np.mean(residual**2))),
         drift=float(np.sqrt(np.average(window_means(residual, sample.judge) ** 2, weights=length))),
-        explained=1.0 - best_error / max(zero, 1e-300),
+        explained=1.0 - float(np.sum(length * sample.judged(best_prediction) ** 2)) / max(zero, 1e-300),
         scale=float(np.sqrt(zero / length.sum())),
     )
 
 
-def _explains_jumps(prediction: FloatArray, y: FloatArray, noise: float) -> bool:
-    """Whether changes that are no noise are what was predicted, in most of their square."""
-    jumps = np.abs(y) > _JUMP * noise
-    return bool(jumps.any()) and float(np.sum((y - prediction)[jumps] ** 2)) < _EXISTS * float(np.sum(y[jumps] ** 2))
+def instrumented(now: FloatArray, earlier: FloatArray) -> FloatArray:
+    """Each column as its own earlier reading predicts it: two-stage least squares, free of the reading's own noise.
+
+    Args:
+        now: columns, shape (n, n_columns).
+        earlier: the same, read one row before.
+    """
+    middle_now, middle = now.mean(axis=0), earlier.mean(axis=0)
+    spread = np.sum((earlier - middle) ** 2, axis=0)
+    slope = np.sum((now - middle_now) * (earlier - middle), axis=0) / np.where(spread > 0, spread, 1.0)
+    return middle_now + slope * (earlier - middle)
+
+
+def _gains(sample: _Sample, before: FloatArray, after: FloatArray, noise: float) -> FloatArray:
+    """What a left-out prediction adds to the log-likelihood of each group over another, shape (n_groups,) [nat].
+
+    The mean residual of a window of n ticks is normal: the readings at its two ends give it 2 noise^2 / n^2, and what
+    neither prediction explains a share of 1 / n.
+    """
+    length = np.array([b - a for a, b in sample.judge], dtype=float)
+    squares = [sample.judged(prediction) ** 2 for prediction in (before, after)]
+    by_noise = 2.0 * noise**2 / length**2
+    left = min(float(np.mean(length * (q - by_noise))) for q in squares)
+    variance = by_noise + max(left, 1e-12 * float(np.mean(length * squares[0])), 1e-300) / length
+    return by_part(0.5 * (squares[0] - squares[1]) / variance, sample.group_of(sample.judge))
 
 
 def _candidates(
@@ -190,14 +203,6 @@ def _column_sets(sample: _Sample, preferred: NDArray[np.bool_]) -> list[tuple[tu
     # Columns built from roles say by themselves what they are there for; what comes on top must pay for it.
     alone = [(tuple(c for c in columns if preferred[c]), n) for columns, n in sets]
     return list(dict.fromkeys([*((c, n) for c, n in alone if c), *((c, n) for c, n in sets if c)]))
-
-
-def _needed(best: Regression | None, columns: tuple[int, ...], preferred: NDArray[np.bool_]) -> float:
-    """Share of the best error so far that a further candidate may leave at most."""
-    if best is None:
-        return 1.0
-    from_roles = bool(best.columns) and all(preferred[c] for c in best.columns)
-    return _FOREIGN if from_roles and not all(preferred[c] for c in columns) else _SIMPLER
 
 
 def _left_out(
@@ -248,16 +253,6 @@ def _describe(
         pieces=len(np.unique(piece)),
         scale=0.0,
     )
-
-
-def _helps(sample: _Sample, prediction: FloatArray) -> bool:
-    """Whether the prediction lowers the error of several groups, not by luck in one."""
-    length = np.array([b - a for a, b in sample.judge], dtype=float)
-    gain = length * (sample.judged(np.zeros(len(prediction))) ** 2 - sample.judged(prediction) ** 2)
-    group = sample.group_of(sample.judge)
-    gains = np.array([gain[group == g].sum() for g in np.unique(group)])
-    total = float(gains.sum())
-    return total > 0 and float(-gains[gains < 0].sum()) < _HARM * total and int(np.sum(gains > _SHARE * total)) > 1
 
 
 def _dead_band(sample: _Sample, prediction: FloatArray) -> float:

@@ -17,7 +17,7 @@ class GraphSummary(ItemSummary):
 
     Attributes:
         objects: their variables with units, such as `hand: x [m], y [m]`, by name.
-        interactions: F1 of the status, of its switching events and on left-out blocks, and by variable of the child
+        interactions: F1 of the status, of its switching events and its calibration error, and by variable of the child
             the share of its change that an effect explains; by interaction.
         score: mean F1 of the status over all interactions.
         samples: rows that each was learned from.
@@ -54,7 +54,7 @@ def _summary(saved: SavedGraph) -> GraphSummary:
         **common(saved, fields["graph"]),
         objects={name: space_words(space) for name, space in fields["objects"].items()},
         interactions={
-            name: f"f1 {e['f1']:.4f}, events {e['event_f1']:.4f}, blocks {e['block_score']:.4f}; "
+            name: f"f1 {e['f1']:.4f}, events {e['event_f1']:.4f}, calibration {e['calibration_error']:.4f}; "
             + (", ".join(f"{v} {score:.4f}" for v, score in e["effects"].items()) or "no effects")
             for name, e in fields["interactions"].items()
         },

@@ -128,6 +128,6 @@ def _scores(model: InteractionModel, edge: Interaction) -> dict[str, Any]:
         "samples": int(learned.status.samples),
         "f1": float(learned.status.score),
         "event_f1": float(learned.status.event_score),
-        "block_score": float(learned.status.block_score),
+        "calibration_error": float(learned.status.calibration_error),
         "effects": {names[e.variable]: float(e.regression.explained) for e in learned.effects},
     }

@@ -32,7 +32,7 @@ _FORM = {
     "time": str,
     "objects": Keyed(str, SPACE),
     "interactions": Keyed(
-        str, {"samples": int, "f1": float, "event_f1": float, "block_score": float, "effects": Keyed(str, float)}
+        str, {"samples": int, "f1": float, "event_f1": float, "calibration_error": float, "effects": Keyed(str, float)}
     ),
     "model": Free(),
     "robot_seconds": float,
@@ -41,7 +41,7 @@ _FORM = {
     "files": Keyed(is_weights_name, SHA256),
     "checksums": Keyed(str, SHA256),
 }
-GRAPH = ManifestForm(_FORM, 2, lambda content: [WEIGHTS])
+GRAPH = ManifestForm(_FORM, 3, lambda content: [WEIGHTS])
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,13 @@ example pins down stays close to the active ones.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtr
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils import Tags
 from sklearn.utils.multiclass import check_classification_targets
@@ -19,9 +21,9 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 
 from ichain_drake.errors import InputError
 from ichain_drake.learning.frozen import FrozenModel, InputScaling
+from ichain_drake.learning.selection import log_probability
+from ichain_drake.learning.status.faces import Faces
 from ichain_drake.state import FloatArray
-
-_SWEEPS = 6
 
 
 @dataclass(eq=False, kw_only=True)
@@ -51,7 +53,7 @@ class Box(FrozenModel):
         return self._batch(z[None])[0]
 
     def _batch(self, z: FloatArray) -> FloatArray:
-        inside = (1.0 - np.abs(z - self.middle) / self.half).min(axis=1, keepdims=True)
+        inside = (1.0 - np.abs(z - self.middle) / self.half).min(axis=1, keepdims=True, initial=1.0)
         return inside * self.gain + self.offset
 
     def _value_and_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -73,20 +75,28 @@ class Box(FrozenModel):
 class BoxClassifier(ClassifierMixin, BaseEstimator):
     """Intervals on every input, fitted to the second class by moving one threshold at a time.
 
-    Each threshold goes where most samples that lie within all other intervals are classified rightly; then to the
-    middle of the gap there, but no further from the samples of the second class than `reach`.
+    Each threshold goes where most samples that lie within all other intervals are classified rightly. Between the last
+    sample of the second class and the first beyond it, every place explains the classes equally well, but for the noise
+    of readings: a class follows from the true state, of which a sample is a reading (errors in variables). So a face
+    lies at the mean of its likelihood there, `Phi((face - reading) / noise)`, no further from the samples of the second
+    class than `reach`.
 
     Args:
         reach: how far a face may lie beyond the samples of the second class, as a share of their range.
+        noise: standard deviation of a reading, of every input or shape (n_features,).
 
     Attributes:
         classes_: the two classes.
         lower_: thresholds, shape (n_features,).
         upper_: thresholds, shape (n_features,).
+        shown_: whether samples of the first class lie beyond a face, lower faces then upper, shape (2, n_features).
+            What lies beyond another face is not known.
+        slip_: probability of a wrong class.
     """
 
-    def __init__(self, reach: float = 0.3) -> None:
+    def __init__(self, reach: float = 0.3, noise: float | Sequence[float] | FloatArray = 0.0) -> None:
         self.reach = reach
+        self.noise = noise
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Fit.
@@ -96,7 +106,7 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
             y: classes, shape (n_samples,).
 
         Raises:
-            InputError: on more or fewer than two classes, or a negative reach.
+            InputError: on more or fewer than two classes, a negative reach, or noise of a wrong shape or sign.
         """
         x, labels = validate_data(self, X, y, dtype=np.float64)
         check_classification_targets(labels)
@@ -109,45 +119,37 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
             )
         if not self.reach >= 0:
             raise InputError(f"BoxClassifier: reach {self.reach!r}: give a number from 0")
+        noise = np.asarray(self.noise, dtype=float)
+        if noise.shape not in ((), (x.shape[1],)) or not (noise >= 0).all():
+            raise InputError(f"BoxClassifier: noise {self.noise!r}: give one number from 0, or one an input")
+        noise = np.broadcast_to(noise, (x.shape[1],))
         positive = code == 1
-        low, high = x[positive].min(axis=0), x[positive].max(axis=0)
-        for _ in range(_SWEEPS):
-            before = low.copy(), high.copy()
-            for j in range(x.shape[1]):
-                others = np.ones(len(x), dtype=bool)
-                for i in range(x.shape[1]):
-                    if i != j:
-                        others &= (x[:, i] >= low[i]) & (x[:, i] <= high[i])
-                column, truth = x[others, j], positive[others]
-                if not truth.any():
-                    continue
-                keep = column <= high[j]
-                low[j] = -self._face(-column[keep], truth[keep], -low[j])
-                keep = column >= low[j]
-                high[j] = self._face(column[keep], truth[keep], high[j])
-            if np.array_equal(before[0], low) and np.array_equal(before[1], high):
-                break
-        self.lower_, self.upper_ = low, high
+        faces = Faces(x, positive, self.reach)
+        faces.count()
+        self.slip_ = (1.0 + np.sum(faces.inside() != positive)) / (2.0 + len(x))
+        self.shown_ = faces.shown()
+        if noise.any():
+            faces.settle(noise, self.slip_, self.shown_)
+        self.lower_, self.upper_ = faces.low, faces.high
         return self
 
-    def _face(self, column: FloatArray, truth: np.ndarray, now: float) -> float:
-        """The best upper threshold of a column, given samples that lie within all other faces."""
-        if not truth.any():
-            return now
-        order = np.argsort(column, kind="stable")
-        values, on = column[order], truth[order]
-        # Right if the threshold lies after sample k: positives up to k, negatives beyond it.
-        right = np.cumsum(on) + (len(on) - on.sum()) - np.cumsum(~on)
-        last = np.append(values[1:] > values[:-1], True)  # a threshold can't part equal values
-        right = np.where(last, right, -1)
-        k = int(len(right) - 1 - np.argmax(right[::-1]))
-        inside = values[: k + 1][on[: k + 1]]
-        if not len(inside):
-            return now
-        top, width = float(inside[-1]), float(inside[-1] - inside[0])
-        gap = float(values[k + 1] - top) if k + 1 < len(values) else np.inf
-        free = self.reach * width if width > 0 else (gap if np.isfinite(gap) else 1.0)
-        return top + min(0.5 * gap, free) + 1e-12 * max(1.0, abs(top))
+    def log_likelihood(self, X: ArrayLike, truth: NDArray[np.bool_], slip: float) -> FloatArray:
+        """Log-likelihood of flags given readings, shape (n_samples,); what is beyond a face not shown stays open.
+
+        Args:
+            X: inputs, shape (n_samples, n_features).
+            truth: whether each sample is of the second class, shape (n_samples,).
+            slip: probability of a wrong flag.
+        """
+        x = np.asarray(X, dtype=float)
+        noise = np.broadcast_to(np.maximum(np.asarray(self.noise, dtype=float), 1e-12), (x.shape[1],))
+        inside = np.ones(len(x))
+        for j, (low, high) in enumerate(self.shown_.T):
+            if high:
+                inside *= ndtr((self.upper_[j] - x[:, j]) / noise[j])
+            if low:
+                inside *= ndtr((x[:, j] - self.lower_[j]) / noise[j])
+        return log_probability(truth, inside, slip)
 
     def decision_function(self, X: ArrayLike) -> FloatArray:
         """Decision values, shape (n_samples,): >= 0 inside."""

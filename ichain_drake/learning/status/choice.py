@@ -1,30 +1,121 @@
-"""Choice of a status classifier's inputs.
+"""Choice of a status model's inputs: forward selection by what each adds to the likelihood of what was left out.
 
-Variables that only differ between pieces (how full a tank happened to be) look discriminative and are not. So an input
-counts as evidence where it separates active from inactive rows *within* single pieces. Inputs that are narrow while
-active are all taken: they keep the classifier from extrapolating.
+The evidence for a further input is conditional on what is chosen already: it must tell apart rows of which the chosen
+inputs can't say whether the interaction is active. Pieces that are about other conditions then add evidence of zero,
+never against. Variables that only differ between pieces (how full a tank happened to be) look discriminative and are
+not: a whole piece is left out at a time, and a gain counts by pieces (see `selection.clearly`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.learning.data import BoolArray
-from ichain_drake.learning.status.inputs import PlaceInput, RelativeInput, StatusInput
+from ichain_drake.learning.selection import by_part, clearly, least_slip, log_probability
+from ichain_drake.learning.status.box import BoxClassifier
+from ichain_drake.learning.status.inputs import StatusInput
 from ichain_drake.state import FloatArray
 
-_QUANTILES = (0.03, 0.97)
-_LEAST = 3  # rows of each sort for a piece to say anything
-_NOISES = 3.0
-_OUTSIDE = 0.15  # share of a piece's inactive rows that an input must put outside the range of the active ones
-_PIECES = 0.6  # share of the pieces in which it must
-_NARROW = 0.5  # range while active, as a share of the whole range
-_ENOUGH = 0.01  # difference of the score that counts
-_WORTH = 0.1  # gain of the score for an input that is not narrow: a few events more or less are no evidence
-_MOST_EXTRA = 3
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An input that may be chosen.
+
+    Attributes:
+        item: the input.
+        values: its columns, shape (n, k).
+        noise: standard deviation of a reading of each column, shape (k,).
+        caused: whether the interaction itself changes it. It then can't be what switches the interaction on in rows
+            after the first: only rows before which it was inactive are evidence, with `values` of the row before.
+    """
+
+    item: StatusInput
+    values: FloatArray
+    noise: FloatArray
+    caused: bool = False
+
+
+class InputChoice:
+    """The choice of inputs of one interaction.
+
+    Args:
+        truth: status of each row, shape (n,).
+        piece: piece of each row, shape (n,).
+        fold: rows that are left out together, shape (n,).
+        begins: rows before which the interaction was inactive, shape (n,).
+    """
+
+    def __init__(self, truth: BoolArray, piece: NDArray[np.intp], fold: NDArray[np.intp], begins: BoolArray) -> None:
+        self.truth, self.piece, self.fold, self.begins = truth, piece, fold, begins
+        self.slip = least_slip(truth)
+
+    def choose(self, candidates: Sequence[Candidate]) -> list[Candidate]:
+        """Inputs to look at, in the order in which they were found; empty if none tells anything.
+
+        Args:
+            candidates: the likelier ones by their roles first: of those that are not clearly worse than the best, the
+                first is taken. What the interaction changes comes last, for what is left to be told.
+        """
+        chosen: list[Candidate] = []
+        for caused in (False, True):
+            while found := self._further(chosen, [c for c in candidates if c.caused == caused and c not in chosen]):
+                chosen.append(found)
+        for item in list(chosen):
+            fewer = [c for c in chosen if c is not item]
+            if fewer and not clearly(self._gains(fewer, item), len(candidates)):
+                chosen = fewer
+        return chosen
+
+    def tells(self, candidate: Candidate) -> bool:
+        """Whether an input by itself clearly tells some rows in which the interaction is inactive."""
+        return clearly(self._gains([], candidate))
+
+    def _further(self, chosen: Sequence[Candidate], free: Sequence[Candidate]) -> Candidate | None:
+        """The next input, if one clearly adds something."""
+        bounds = [self._gains(chosen, c, seen=True).sum() for c in free]
+        gains: dict[int, FloatArray] = {}
+        best = 0.0
+        # What a fit adds on the rows that it has seen bounds what it adds on others.
+        for k in np.argsort(-np.array(bounds), kind="stable"):
+            if bounds[k] <= best:
+                break
+            found = self._gains(chosen, free[k])
+            if clearly(found, len(free)):
+                gains[int(k)] = found
+                best = max(best, float(found.sum()))
+        if not gains:
+            return None
+        top = max(gains, key=lambda k: gains[k].sum())
+        return free[next(k for k in sorted(gains) if k == top or not clearly(gains[top] - gains[k]))]
+
+    def _gains(self, chosen: Sequence[Candidate], further: Candidate, *, seen: bool = False) -> FloatArray:
+        """What a further input adds to the log-likelihood of each piece, shape (n_pieces,), left out or seen."""
+        rows = np.flatnonzero(self.begins) if further.caused else np.arange(len(self.truth))
+        gain = self._likelihood([*chosen, further], rows, seen=seen) - self._likelihood(chosen, rows, seen=seen)
+        return by_part(gain, self.piece[rows])
+
+    def left_out(self, chosen: Sequence[Candidate], truth: BoolArray) -> FloatArray:
+        """Log-likelihood of each row's flag, shape (n,), by a box that has not seen its fold, were the flags others."""
+        other = InputChoice(truth, self.piece, self.fold, self.begins)
+        return other._likelihood(chosen, np.arange(len(truth)), seen=False)
+
+    def _likelihood(self, chosen: Sequence[Candidate], rows: NDArray[np.intp], *, seen: bool) -> FloatArray:
+        """Log-likelihood of some rows by a box that has not seen their fold, or has seen all, shape (n_rows,)."""
+        truth, fold = self.truth[rows], self.fold[rows]
+        out = log_probability(truth, np.ones(len(rows)), self.slip)
+        if not chosen:
+            return out
+        x = np.hstack([c.values[rows] for c in chosen])
+        box = BoxClassifier(noise=np.concatenate([c.noise for c in chosen]))
+        for test in (np.ones(len(rows), dtype=bool),) if seen else (fold == k for k in np.unique(fold)):
+            train = test if seen else ~test
+            if truth[train].any() and not truth[train].all():
+                out[test] = box.fit(x[train], truth[train]).log_likelihood(x[test], truth[test], self.slip)
+        return out
 
 
 def input_scales(raw: FloatArray, truth: BoolArray, floor: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -40,70 +131,3 @@ def input_scales(raw: FloatArray, truth: BoolArray, floor: FloatArray) -> tuple[
     inside = np.maximum(raw[truth].std(axis=0), 2.0 * floor)
     inside = np.where(inside > 1e-6 * everywhere, inside, everywhere)
     return offset, np.sqrt(inside * np.maximum(everywhere, inside))
-
-
-def choose_inputs(
-    ends: Sequence[StatusInput],
-    others: Sequence[StatusInput],
-    values: Mapping[int, FloatArray],
-    truth: BoolArray,
-    piece: NDArray[np.intp],
-    score: Callable[[Sequence[StatusInput]], float],
-    floors: Mapping[int, FloatArray],
-) -> list[StatusInput]:
-    """Choose inputs.
-
-    Args:
-        ends: inputs from the two ends of the interaction.
-        others: further inputs, such as of the child's other parents; taken only if they help.
-        values: columns of each input by `id`, shape (n, k).
-        truth: status of each row, shape (n,).
-        piece: piece of each row, shape (n,).
-        score: cross-validated score of a set of inputs, higher is better.
-        floors: noise of the columns of each input by `id`, shape (k,).
-    """
-    evidence = [i for i in ends if separates(values[id(i)], truth, piece, floors[id(i)])]
-    chosen = [i for i in evidence if is_narrow(values[id(i)], truth)]
-    best = score(chosen) if chosen else -np.inf
-    if any(isinstance(i, RelativeInput) for i in chosen):
-        # Where two things must be relative to each other, where both happen to be is a matter of the demonstrations.
-        without: list[StatusInput] = [i for i in chosen if not isinstance(i, PlaceInput)]
-        if len(without) < len(chosen):
-            value = score(without)
-            if value > best - _ENOUGH:
-                chosen, best = without, value
-    further = [i for i in evidence if i not in chosen]
-    further += [i for i in others if separates(values[id(i)], truth, piece, floors[id(i)])]
-    if not chosen and not further:
-        further = [*ends, *others]
-    for _ in range(_MOST_EXTRA):
-        if best >= 1.0 - _ENOUGH or not further:
-            break
-        scores = [score([*chosen, i]) for i in further]
-        k = int(np.argmax(scores))
-        if scores[k] < best + _WORTH:
-            break
-        chosen, best = [*chosen, further.pop(k)], scores[k]
-    return chosen
-
-
-def separates(columns: FloatArray, truth: BoolArray, piece: NDArray[np.intp], floor: FloatArray) -> bool:
-    """Whether an input tells active from inactive rows, by more than noise, within most pieces that show both."""
-    total = hits = 0
-    for k in np.unique(piece):
-        on, off = columns[(piece == k) & truth], columns[(piece == k) & ~truth]
-        if len(on) < _LEAST or len(off) < _LEAST:
-            continue
-        total += 1
-        low, high = np.quantile(on, _QUANTILES, axis=0)
-        slack = 1e-9 + 0.05 * (high - low) + _NOISES * floor
-        outside = ((off < low - slack) | (off > high + slack)).any(axis=1).mean()
-        hits += bool(outside > _OUTSIDE)
-    return total > 0 and hits >= max(1.0, _PIECES * total)
-
-
-def is_narrow(columns: FloatArray, truth: BoolArray) -> bool:
-    """Whether the range while active is small against the whole range, on average over the columns."""
-    inside = np.diff(np.quantile(columns[truth], _QUANTILES, axis=0), axis=0)[0]
-    whole = np.maximum(np.diff(np.quantile(columns, _QUANTILES, axis=0), axis=0)[0], 1e-12)
-    return float(np.exp(np.mean(np.log(np.maximum(inside / whole, 1e-3))))) < _NARROW

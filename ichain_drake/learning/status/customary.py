@@ -17,9 +17,9 @@ import numpy as np
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.alignment import Alignment
-from ichain_drake.learning.status.choice import is_narrow, separates
+from ichain_drake.learning.status.choice import Candidate
 from ichain_drake.learning.status.inputs import States, StatusInput, candidate_inputs, objects_of
-from ichain_drake.learning.status.status import StatusModel, input_noise
+from ichain_drake.learning.status.status import StatusModel, input_choice, input_noise
 from ichain_drake.state import FloatArray
 
 _BEYOND = 0.3  # of what was shown while active, as for a box classifier
@@ -88,8 +88,8 @@ def learn_customary(
     """The customary conditions of an interaction.
 
     They are about what lies still while the robot works: states of the child's other parents, but not of the robot,
-    which are narrow whenever the interaction is active, and lie elsewhere within the same pieces while it is not. What
-    the classifier looks at already is left out, and so is what never changes.
+    which by themselves tell rows in which the interaction is inactive. What the classifier looks at already is left
+    out, and so is what never changes.
 
     Args:
         data: the pieces.
@@ -98,16 +98,17 @@ def learn_customary(
         status: its classifier.
         noise: measurement noise per object, shape (n_variables,).
     """
-    truth, piece = data.flag(edge), data.piece_index()
+    truth = data.flag(edge)
     states = {n: data.stacked(n) for n in (edge.child, *data.graph.parents(edge.child))}
     known = {i.label for i in status.inputs}
+    choice = input_choice(data, edge)
     found: list[StatusInput] = []
     ranges: list[tuple[FloatArray, FloatArray]] = []
-    for item in candidate_inputs(data, edge, alignments)[1]:
+    for item in candidate_inputs(data, edge, alignments)[1] if not truth.all() else ():
         if item.label in known or data.graph.root in objects_of(item):
             continue
         columns, floor = item(states), input_noise(item, noise)
-        if is_narrow(columns, truth) and separates(columns, truth, piece, floor):
+        if choice.tells(Candidate(item, columns, floor)):
             found.append(item)
             ranges.append(_shown(columns[truth], floor))
     return Customary(tuple(found), *(np.concatenate([[], *side]) for side in _sides(ranges)))

@@ -1,6 +1,6 @@
-"""Status classifiers: whether an interaction is active, from states alone (paper sec. V, (de)activation classifiers).
+"""Status models: how probable it is that an interaction is active, from states alone (paper sec. V, classifiers).
 
-One memoryless classifier an edge, trained on all rows: an activation is that it becomes true while the interaction is
+One memoryless model an edge, learned from all rows: an activation is that it becomes active while the interaction is
 inactive, a deactivation the reverse. Classifiers of the switching rows alone would have one to eight examples.
 """
 
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
@@ -18,41 +19,44 @@ from ichain_drake.learning.blocks import interleaved_blocks
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.learning.data import BoolArray, GraphData
 from ichain_drake.learning.effects.alignment import Alignment
-from ichain_drake.learning.frozen import FrozenModel, freeze
+from ichain_drake.learning.frozen import FrozenModel, InputScaling, freeze
+from ichain_drake.learning.selection import by_part, calibrated, calibration_error, clearly, least_slip
 from ichain_drake.learning.spec import InteractionSpec, make_classifier
-from ichain_drake.learning.status.choice import choose_inputs, input_scales
+from ichain_drake.learning.status.box import Box
+from ichain_drake.learning.status.choice import Candidate, InputChoice, input_scales
 from ichain_drake.learning.status.inputs import (
     DifferenceInput,
+    PlaceInput,
     RelativeInput,
     States,
     StatusInput,
     ValueInput,
     candidate_inputs,
+    objects_of,
 )
 from ichain_drake.learning.status.scores import event_f1, f1
 from ichain_drake.state import FloatArray
 
 _FOLDS = 5
-_BLOCKS = (7, 10, 14)  # rows
 _MARGINS = (0.0, 0.05, 0.1, 0.2)
-_GAIN = 0.005  # of the score, for hysteresis
-_CLEARLY = 0.1  # of the score, to prefer a later estimator: less is a few events more or less
 
 
 @dataclass(frozen=True)
 class StatusModel:
-    """A classifier of one interaction's status.
+    """A model of one interaction's status: `P(active) = slip + (1 - 2 slip) Phi((decision + margin) / spread)`.
 
     Attributes:
-        inputs: what it looks at.
+        inputs: what it looks at; none where the interaction is always active.
         offset, scale: of the inputs' columns, shape (n_columns,).
         frozen: decision function; >= 0 means active.
         margin: what is known to be active stays so down to a decision value of -margin.
+        spread: of decision values, by the noise of readings and what isn't known of the border.
+        slip: probability that a status is not what the states say.
         estimator: name with parameters.
-        score: F1 of the status on pieces left out.
-        event_score: F1 of switching events within one row, on pieces left out.
-        block_score: mean of the two where short blocks of every piece are left out instead: without the only piece
-            that shows a border, the border can't be known.
+        score: F1 of the status on rows left out.
+        event_score: F1 of switching events within one row, on rows left out.
+        likelihood: mean log-likelihood of a row left out [nat].
+        calibration_error: expected calibration error on rows left out.
         samples: number of rows.
         positives: number of rows in which the interaction is active.
     """
@@ -62,16 +66,20 @@ class StatusModel:
     scale: FloatArray
     frozen: FrozenModel
     margin: float
+    spread: float
+    slip: float
     estimator: str
     score: float
     event_score: float
-    block_score: float
+    likelihood: float
+    calibration_error: float
     samples: int
     positives: int
 
     def columns(self, states: States) -> FloatArray:
         """Scaled inputs, shape (n, n_columns), from states of shape (n, n_variables) per object."""
-        return (np.hstack([i(states) for i in self.inputs]) - self.offset) / self.scale
+        rows = len(next(iter(states.values())))
+        return (np.hstack([np.empty((rows, 0)), *(i(states) for i in self.inputs)]) - self.offset) / self.scale
 
     def decide(self, states: States) -> FloatArray:
         """Decision values, shape (n,)."""
@@ -84,6 +92,20 @@ class StatusModel:
             return value >= 0.0
         return value >= np.where(previous, -self.margin, 0.0)
 
+    def probability(self, states: States, previous: BoolArray | None = None) -> FloatArray:
+        """Probability that it is active, shape (n,), calibrated on rows left out; `previous` as for `active`."""
+        value = self.decide(states) + self.margin * (0.0 if previous is None else previous)
+        return np.asarray(self.slip + (1.0 - 2.0 * self.slip) * ndtr(value / self.spread))
+
+
+def always_active(samples: int) -> StatusModel:
+    """The status of a permanent coupling, which was never seen inactive in so many rows."""
+    none = np.zeros(0)
+    box = Box(inputs=InputScaling.identity(0), middle=none, half=none, gain=np.ones(1), offset=np.zeros(1))
+    slip = 1.0 / (2.0 + samples)
+    return StatusModel((), none, none, box, 0.0, 1.0, slip, "always", 1.0, 1.0, float(np.log1p(-slip)), slip, samples,
+                       samples)  # fmt: skip
+
 
 def learn_status(
     data: GraphData,
@@ -93,7 +115,7 @@ def learn_status(
     noise: Mapping[str, FloatArray],
     affected: Collection[int] = (),
 ) -> StatusModel:
-    """Learn the classifier of one interaction.
+    """Learn the status model of one interaction.
 
     Args:
         data: the pieces.
@@ -101,61 +123,100 @@ def learn_status(
         alignments: of all interactions.
         spec: candidate estimators.
         noise: measurement noise per object.
-        affected: indices of the child's variables that the interaction changes: what follows from a status does not
-            tell it, unless it helps clearly.
+        affected: indices of the child's variables that the interaction changes; see `Candidate.caused`.
 
     Raises:
         InputError: if no candidate estimator can be fitted and frozen; names the edge and the reason.
     """
-    states = {n: data.stacked(n) for n in (edge.child, *data.graph.parents(edge.child))}
     truth, piece = data.flag(edge), data.piece_index()
-    ends, others = candidate_inputs(data, edge, alignments)
-    values = {id(i): i(states) for i in (*ends, *others)}
-    floors = {id(i): input_noise(i, noise) for i in (*ends, *others)}
-    fold = interleaved_blocks(piece, _FOLDS)
-    # How the rows happen to fall into folds must not choose: several ways of cutting blocks vote.
-    cuts = [interleaved_blocks(piece, _FOLDS, length) for length in _BLOCKS]
-
-    def columns(inputs: Sequence[StatusInput]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        raw = np.hstack([values[id(i)] for i in inputs])
-        offset, scale = input_scales(raw, truth, np.concatenate([floors[id(i)] for i in inputs]))
-        return (raw - offset) / scale, offset, scale
-
-    def scored(inputs: Sequence[StatusInput], estimator: EstimatorSpec, folds: Sequence[NDArray[np.intp]]) -> float:
-        x = columns(inputs)[0]
-        values = [_switching_score(truth, _left_out(estimator, x, truth, f, edge) >= 0.0, piece) for f in folds]
-        return float(np.mean(values))
-
-    def score(inputs: Sequence[StatusInput]) -> float:
-        return scored(inputs, spec.status_estimators[0], [fold])
-
-    caused = [i for i in ends if isinstance(i, ValueInput) and i.obj == edge.child and i.index in affected]
-    causes = [i for i in ends if i not in caused]
-    chosen = choose_inputs(causes, [*caused, *others], values, truth, piece, score, floors)
-    best, best_score = spec.status_estimators[0], -np.inf
-    for candidate in spec.status_estimators:
-        value = scored(chosen, candidate, cuts)
-        if value > best_score + _CLEARLY:
-            best, best_score = candidate, value
-    x, offset, scale = columns(chosen)
-    frozen = _fit(best, x, truth, edge)
-    decisions = _left_out(best, x, truth, _piece_folds(truth, piece), edge)
-    by_block = _left_out(best, x, truth, fold, edge)
-    margin = _best_margin(by_block, truth, piece)
-    held_out = [decisions[piece == k] for k in np.unique(piece)]
+    if truth.all():
+        return always_active(len(truth))
+    candidates = status_candidates(data, edge, alignments, noise, affected)
+    chosen = input_choice(data, edge).choose(candidates) or _of_ends(candidates, edge)
+    raw = np.hstack([c.item(_states(data, edge)) for c in chosen])
+    floor = np.concatenate([c.noise for c in chosen])
+    offset, scale = input_scales(raw, truth, floor)
+    x, floor = (raw - offset) / scale, floor / scale
+    fold = left_out_folds(truth, piece)
+    best, *others = spec.status_estimators
+    decisions = _left_out(best, x, floor, truth, fold, edge)
+    slip = least_slip(truth)
+    likelihood = calibrated(decisions, truth, slip)[2]
+    for other in others:
+        theirs = _left_out(other, x, floor, truth, fold, edge)
+        rows = calibrated(theirs, truth, slip)[2]
+        if clearly(by_part(rows - likelihood, piece), len(others)):
+            best, decisions, likelihood = other, theirs, rows
+    before = np.concatenate([[False], truth[:-1] & (piece[1:] == piece[:-1])])
+    margin, spread, slip, rows = _with_memory(decisions, truth, before, piece)
+    held = decisions + margin * before
     return StatusModel(
-        inputs=tuple(chosen),
+        inputs=tuple(c.item for c in chosen),
         offset=offset,
         scale=scale,
-        frozen=frozen,
+        frozen=_fit(best, x, floor, truth, edge),
         margin=margin,
+        spread=spread,
+        slip=slip,
         estimator=str(best),
         score=f1(truth, decisions >= 0.0),
-        event_score=event_f1([truth[piece == k] for k in np.unique(piece)], [_held(d, margin) for d in held_out]),
-        block_score=_switching_score(truth, by_block >= 0.0, piece),
+        event_score=event_f1(
+            [truth[piece == k] for k in np.unique(piece)],
+            [_held(decisions[piece == k], margin) for k in np.unique(piece)],
+        ),
+        likelihood=float(rows.mean()),
+        calibration_error=calibration_error(slip + (1.0 - 2.0 * slip) * ndtr(held / spread), truth),
         samples=len(truth),
         positives=int(truth.sum()),
     )
+
+
+def _of_ends(candidates: Sequence[Candidate], edge: Interaction) -> list[Candidate]:
+    """All that looks at nothing but the two ends of an interaction, where nothing is told apart."""
+    return [c for c in candidates if set(objects_of(c.item)) <= {edge.parent, edge.child}]
+
+
+def _states(data: GraphData, edge: Interaction) -> dict[str, FloatArray]:
+    return {n: data.stacked(n) for n in (edge.child, *data.graph.parents(edge.child))}
+
+
+def status_candidates(
+    data: GraphData,
+    edge: Interaction,
+    alignments: Mapping[Interaction, Alignment | None],
+    noise: Mapping[str, FloatArray],
+    affected: Collection[int] = (),
+) -> list[Candidate]:
+    """Everything that the status of an interaction may depend on, the likelier by its role first.
+
+    Args:
+        data, edge, alignments, noise, affected: as for `learn_status`.
+    """
+    states, truth, piece = _states(data, edge), data.flag(edge), data.piece_index()
+    ends, others = candidate_inputs(data, edge, alignments)
+    # Before an activation the child is as it was one row earlier: what follows from a status doesn't tell it.
+    first = np.concatenate([[True], piece[1:] != piece[:-1]])
+    earlier = np.where(first | np.concatenate([[False], truth[:-1]]), np.arange(len(truth)), np.arange(len(truth)) - 1)
+    lagged = states | {edge.child: states[edge.child][earlier]}
+    out = []
+    for item in (*ends, *others):
+        caused = _is_caused(item, edge, affected)
+        out.append(Candidate(item, item(lagged if caused else states), input_noise(item, noise), caused))
+    return out
+
+
+def input_choice(data: GraphData, edge: Interaction) -> InputChoice:
+    """The choice of an interaction's inputs on some pieces."""
+    truth, piece = data.flag(edge), data.piece_index()
+    begins = np.concatenate([[True], ~truth[:-1] | (piece[1:] != piece[:-1])])
+    return InputChoice(truth, piece, left_out_folds(truth, piece), begins)
+
+
+def _is_caused(item: StatusInput, edge: Interaction, affected: Collection[int]) -> bool:
+    """Whether an interaction changes what an input looks at; where child is relative to parent goes along."""
+    if isinstance(item, ValueInput):
+        return item.obj == edge.child and item.index in affected
+    return isinstance(item, PlaceInput) and item.obj == edge.child and not set(item.group.indices).isdisjoint(affected)
 
 
 def input_noise(item: StatusInput, noise: Mapping[str, FloatArray]) -> FloatArray:
@@ -163,18 +224,19 @@ def input_noise(item: StatusInput, noise: Mapping[str, FloatArray]) -> FloatArra
     if isinstance(item, ValueInput):
         return noise[item.obj][[item.index]]
     if isinstance(item, DifferenceInput):
-        return noise[item.child][[item.index[1]]]
+        return np.hypot(noise[item.parent][[item.index[0]]], noise[item.child][[item.index[1]]])
     # Along turned axes: the mean over the position's components.
     if isinstance(item, RelativeInput):
-        obj, indices, n = item.edge.child, item.alignment.child.indices, len(item.alignment.parent.indices)
-    else:
-        obj, indices, n = item.obj, item.group.indices, len(item.group.indices)
-    return np.full(n, float(np.mean(noise[obj][list(indices)])))
+        two = item.alignment
+        parent = float(np.mean(noise[item.edge.parent][list(two.parent.indices)]))
+        child = float(np.mean(noise[item.edge.child][list(two.child.indices)]))
+        return np.full(len(two.parent.indices), np.hypot(parent, child))
+    return np.full(len(item.group.indices), float(np.mean(noise[item.obj][list(item.group.indices)])))
 
 
-def _fit(estimator: EstimatorSpec, x: FloatArray, y: BoolArray, edge: Interaction) -> FrozenModel:
+def _fit(estimator: EstimatorSpec, x: FloatArray, noise: FloatArray, y: BoolArray, edge: Interaction) -> FrozenModel:
     try:
-        model = freeze(make_classifier(estimator).fit(x, y))
+        model = freeze(make_classifier(estimator, noise).fit(x, y))
     except (ValueError, TypeError) as error:  # InputError is one
         raise InputError(f"{edge.name}, status: {estimator}: {' '.join(str(error).split())[:300]}") from None
     if model.n_out != 1:
@@ -183,7 +245,12 @@ def _fit(estimator: EstimatorSpec, x: FloatArray, y: BoolArray, edge: Interactio
 
 
 def _left_out(
-    estimator: EstimatorSpec, x: FloatArray, y: BoolArray, fold: NDArray[np.intp], edge: Interaction
+    estimator: EstimatorSpec,
+    x: FloatArray,
+    noise: FloatArray,
+    y: BoolArray,
+    fold: NDArray[np.intp],
+    edge: Interaction,
 ) -> FloatArray:
     """Decision value of every row by a classifier that has not seen its fold, shape (n,)."""
     out = np.empty(len(y))
@@ -193,13 +260,15 @@ def _left_out(
         if y[train].all() or not y[train].any():
             out[test] = 1.0 if y[train].all() else -1.0
             continue
-        out[test] = _fit(estimator, x[train], y[train], edge).batch(x[test])[:, 0]
+        out[test] = _fit(estimator, x[train], noise, y[train], edge).batch(x[test])[:, 0]
     return out
 
 
-def _piece_folds(truth: BoolArray, piece: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Folds of whole pieces, positives dealt evenly, shape (n,)."""
+def left_out_folds(truth: BoolArray, piece: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Rows that are left out together, shape (n,): whole pieces, positives dealt evenly; blocks where few show any."""
     counts = np.bincount(piece, weights=truth)
+    if np.sum(counts > 0) < _FOLDS:
+        return interleaved_blocks(piece, _FOLDS)
     loads = np.zeros(min(_FOLDS, len(counts)))
     of_piece = np.zeros(len(counts), dtype=np.intp)
     for rank, k in enumerate(sorted(range(len(counts)), key=lambda k: (-counts[k], k))):
@@ -207,13 +276,6 @@ def _piece_folds(truth: BoolArray, piece: NDArray[np.intp]) -> NDArray[np.intp]:
         of_piece[k] = fold
         loads[fold] += counts[k]
     return of_piece[piece]
-
-
-def _switching_score(truth: BoolArray, predicted: BoolArray, piece: NDArray[np.intp]) -> float:
-    """Mean of the F1 of the status and that of the events: the status alone flatters, since it rarely changes."""
-    parts = np.unique(piece)
-    events = event_f1([truth[piece == k] for k in parts], [predicted[piece == k] for k in parts])
-    return 0.5 * (f1(truth, predicted) + events)
 
 
 def _held(decisions: FloatArray, margin: float) -> BoolArray:
@@ -226,9 +288,15 @@ def _held(decisions: FloatArray, margin: float) -> BoolArray:
     return out
 
 
-def _best_margin(decisions: FloatArray, truth: BoolArray, piece: NDArray[np.intp]) -> float:
-    parts = np.unique(piece)
-    truths = [truth[piece == k] for k in parts]
-    scores = [event_f1(truths, [_held(decisions[piece == k], m) for k in parts]) for m in _MARGINS]
-    best = int(np.argmax(scores))
-    return _MARGINS[best] if scores[best] > scores[0] + _GAIN else 0.0
+def _with_memory(
+    decisions: FloatArray, truth: BoolArray, before: BoolArray, piece: NDArray[np.intp]
+) -> tuple[float, float, float, FloatArray]:
+    """Hysteresis, spread and slip under which left-out rows are likeliest, and the log-likelihood of each row."""
+    slip, chosen = least_slip(truth), 0.0
+    best = calibrated(decisions, truth, slip)[2]
+    for margin in _MARGINS[1:]:
+        rows = calibrated(decisions + margin * before, truth, slip)[2]
+        if clearly(by_part(rows - best, piece), len(_MARGINS)):
+            chosen, best = margin, rows
+    # What readings leave open beside a switch must not choose; but it is known of this row, or it isn't.
+    return (chosen, *calibrated(decisions + chosen * before, truth, 1.0 / (2.0 + len(truth))))

@@ -120,4 +120,7 @@ def learn_rest(
         parts = parts.without(against)
     say(f"learning from {len(pieces)} pieces" if pieces else "everything is known; nothing is learned")
     with collected_warnings(say):
-        return learn_graph(pieces, graph, spec, own_skills, parts)
+        knowledge = learn_graph(pieces, graph, spec, own_skills, parts)
+    for finding in knowledge.model.findings:
+        say(finding)
+    return knowledge
