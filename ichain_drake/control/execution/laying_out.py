@@ -8,6 +8,7 @@ from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.carrying import Carry, CarryPart
 from ichain_drake.control.execution.driving import Approach, Drive
 from ichain_drake.control.execution.following import pose_of
+from ichain_drake.control.execution.moving import Moving
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.tasks import LOOK_TICKS, Look, Task
 from ichain_drake.control.planning.model import GraphModel
@@ -32,6 +33,9 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
         if e.child == holds.following or float(model.decide(e, now)) >= 0:
             out += [*(_put_back(model, e, holds) if holds.in_the_air(model, e, now) else []), Switch(e, activate=False)]
     if not step.wanted and not step.before and not step.after and step.until is None:
+        return [*out, Switch(edge, activate=False), Look(None, LOOK_TICKS)]
+    if step.motion is not None:
+        out += [Switch(edge, activate=True, motion=step.motion), Moving(edge, step=step)]
         return [*out, Switch(edge, activate=False), Look(None, LOOK_TICKS)]
     carried = indices(model, step.wanted, edge, but=step.until)
     goes_along = bool(step.before or step.after or step.until is None)

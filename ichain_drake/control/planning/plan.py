@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ichain_drake.control.planning.motion import Motion
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
@@ -60,6 +61,7 @@ class PlanStep:
         release: whether the first interaction is deactivated at the end.
         predicted: states predicted at the end.
         ticks: predicted duration.
+        motion: of the robot by which the variable is driven; None where it holds still.
     """
 
     chain: tuple[Interaction, ...]
@@ -71,6 +73,7 @@ class PlanStep:
     release: bool = True
     predicted: States = field(default_factory=dict)
     ticks: int = 0
+    motion: Motion | None = None
 
 
 @dataclass(frozen=True)

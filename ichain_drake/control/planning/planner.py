@@ -10,9 +10,9 @@ import networkx as nx
 import numpy as np
 
 from ichain_drake.control.planning.goals import gap, impossible, value_of
-from ichain_drake.control.planning.macros import find_carries, find_drives
 from ichain_drake.control.planning.model import GraphModel, span
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
+from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.search import Search, SearchSettings
 from ichain_drake.control.planning.search_node import Node
 from ichain_drake.graph import Interaction
@@ -32,8 +32,7 @@ class GraphPlanner:
     def __init__(self, model: GraphModel, settings: SearchSettings | None = None) -> None:
         self.model = model
         self.settings = settings or SearchSettings()
-        self.carries = find_carries(model)
-        self.drives = find_drives(model, self.carries)
+        self.macros = find_repertoire(model)
         self._observed = model
         self._cautious: dict[tuple[Interaction, ...], GraphPlanner] = {}
 
@@ -103,10 +102,9 @@ class GraphPlanner:
         active, root = self._observed.active(start), self.model.graph.root
         touching = tuple(e for e in self.model.graph.interactions if e.parent == root and bool(active[e]))
         if objects is not None:  # what is held has to be put down first, whatever it is
-            objects |= {c.edge.child for c in self.carries if c.edge in touching}
-        carries = [c for c in self.carries if objects is None or c.edge.child in objects]
-        drives = [d for d in self.drives if objects is None or d.chain[-1].child in objects]
-        search = Search(self.model, self.settings, (carries, drives), start, goal, objects, touching)
+            objects |= {c.edge.child for c in self.macros.carries if c.edge in touching}
+        macros = self.macros if objects is None else self.macros.about(objects)
+        search = Search(self.model, self.settings, macros, start, goal, objects, touching)
         found = search.run()
         effort[0] += search.expansions
         effort[1] += search.rollouts
