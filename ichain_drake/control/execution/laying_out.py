@@ -35,7 +35,7 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
     if not step.wanted and not step.before and not step.after and step.until is None:
         return [*out, Switch(edge, activate=False), Look(None, LOOK_TICKS)]
     if step.motion is not None:
-        out += [Switch(edge, activate=True, motion=step.motion), Moving(edge, step=step)]
+        out += [Switch(edge, activate=True, motion=step.motion, first=step.variant), Moving(edge, step=step)]
         # Whatever the classifier says in the end: nothing else tells whether what is geared only while held is free.
         return [*out, Switch(edge, activate=False, forced=True), Look(None, LOOK_TICKS)]
     carried = indices(model, step.wanted, edge, but=step.until)
@@ -43,7 +43,8 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
     before = indices(model, step.before, edge)
     first = carry_tasks(model, edge, before, place_first=True) if before else []
     approach = carry_tasks(model, edge, carried, place_first=True) if goes_along and carried else []
-    out.append(Switch(edge, activate=True, onward=next(iter([*first, *approach]), None)))
+    onward = next(iter([*first, *approach]), None)
+    out.append(Switch(edge, activate=True, onward=onward, first=step.variant))
     out += first
     if step.until is None:
         out += approach

@@ -41,6 +41,7 @@ class Switch(Task):
     since: int = -1  # ticks since what jumps has jumped
     taken: FloatArray | None = None  # the child's state then
     motion: Motion | None = None  # that the child is taken for
+    first: int = 0  # of the demonstrated events: after a failure another one is tried first
 
     @property
     def mode(self) -> Mode:  # type: ignore[override]
@@ -151,7 +152,7 @@ class Switch(Task):
         if activate and self.motion is not None:
             child = states[self.edge.child]
             prefer = taken_as(view.model, self.motion, int(self.motion.grasp(child[None])[0][0]), child)
-        path = view.skills.path(view.model, self.edge, activate, states, self.attempt, prefer)
+        path = view.skills.path(view.model, self.edge, activate, states, self.first + self.attempt, prefer)
         self.far, self.course = 0, Course()
         if not activate:
             return list(path)

@@ -20,7 +20,8 @@ _PUSH = 0.5  # of its largest step
 def find_motion_drives(model: GraphModel, carries: Sequence[Carry], drives: Sequence[Drive]) -> tuple[Drive, ...]:
     """Drives by motion, of variables that no drive changes with the robot held still.
 
-    A chain that goes on where a shorter one is driven needs none: what follows from the driven variable follows.
+    A chain that goes on where a shorter one is driven needs none: what follows from the driven variable follows. What
+    is carried needs none of its own but to be turned further than one grasp lets it be.
 
     Args:
         model: the learned graph.
@@ -33,11 +34,14 @@ def find_motion_drives(model: GraphModel, carries: Sequence[Carry], drives: Sequ
     nodes: dict[Interaction, Batch] = {}
     for chain in chains(model):
         target = chain[-1].child
-        if any(d.chain == chain[: len(d.chain)] for d in found):
+        if any(d.chain == chain[: len(d.chain)] and len(d.chain) > 1 for d in found):
             continue
         usable = keeps(model, target) & ~is_change(model, target)
         usable &= np.array([any(f.variable == v for f in model.edges[chain[-1]].effects) for v in range(len(usable))])
-        usable &= np.array([not {(target, v)} & follow for v in range(len(usable))])
+        turned = len(chain) == 1 and any(obj == target for obj, _ in follow)
+        usable &= np.array([((target, v) in follow) == turned for v in range(len(usable))])
+        if turned:
+            usable[model.graph.objects[target].observable.role_indices("position")] = False
         usable &= np.array([(chain[0], target, v) not in still for v in range(len(usable))])
         context = _context(model, chain, np.flatnonzero(usable))
         if context is None:
@@ -66,7 +70,7 @@ def _drive(
     motion, gains = best_motion(model, links, target, variable, direction)
     total = run_on(motion, gains, _TICKS)
     least = max(LEAST_CHANGE * float(span(model, target)[variable]), NOISES * float(model.noise[target][variable]))
-    if total.max(initial=0.0) < least:
+    if total.max(initial=0.0) < least or (len(chain) == 1 and not motion.again[motion.value > 0].any()):
         return []
     hold = {n: v.copy() for n, v in context.items()}
     best = int(np.argmax(total))

@@ -62,6 +62,7 @@ class PlanStep:
         predicted: states predicted at the end.
         ticks: predicted duration.
         motion: of the robot by which the variable is driven; None where it holds still.
+        variant: which way of doing it: each failure of an option makes the next try another one.
     """
 
     chain: tuple[Interaction, ...]
@@ -74,6 +75,7 @@ class PlanStep:
     predicted: States = field(default_factory=dict)
     ticks: int = 0
     motion: Motion | None = None
+    variant: int = 0
 
 
 @dataclass(frozen=True)

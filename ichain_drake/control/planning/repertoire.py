@@ -10,6 +10,7 @@ from ichain_drake.control.planning.enabling import Enabling, find_enabling
 from ichain_drake.control.planning.macros import Carry, Drive, find_carries, find_drives
 from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.motion_drives import find_motion_drives
+from ichain_drake.control.planning.plan import Goal
 from ichain_drake.graph import Interaction
 
 
@@ -22,25 +23,37 @@ class Repertoire:
         drives: variables that can be driven through chains.
         borders: values at which a drive may stop.
         enabling: by the interaction that an object is carried by, where it makes which interaction possible.
+        names: of each object's variables.
     """
 
     carries: tuple[Carry, ...]
     drives: tuple[Drive, ...]
     borders: tuple[Border, ...]
     enabling: Mapping[Interaction, tuple[Enabling, ...]]
+    names: Mapping[str, tuple[str, ...]]
 
-    def about(self, objects: Collection[str]) -> Repertoire:
-        """What concerns some objects only."""
+    def about(self, objects: Collection[str], goal: Goal) -> Repertoire:
+        """What concerns some objects only; turning an object on and on only where the goal is about that.
+
+        Args:
+            objects: names.
+            goal: what is wanted.
+        """
+        wanted = {(c.object, c.variable) for c in goal.conditions}
         return replace(
             self,
             carries=tuple(c for c in self.carries if c.edge.child in objects),
-            drives=tuple(d for d in self.drives if d.chain[-1].child in objects),
+            drives=tuple(d for d in self.drives if d.chain[-1].child in objects and self._serves(d, wanted)),
             borders=tuple(b for b in self.borders if b.object in objects),
         )
 
+    def _serves(self, drive: Drive, wanted: Collection[tuple[str, str]]) -> bool:
+        name = self.names[drive.chain[-1].child][drive.variable]
+        return drive.motion is None or len(drive.chain) > 1 or (drive.chain[-1].child, name) in wanted
+
     def movable(self, wanted: Collection[str]) -> tuple[Carry, ...]:
         """What may be carried: not what drives something else by its motion, unless its own place is wanted."""
-        moving = {d.chain[0] for d in self.drives if d.motion is not None}
+        moving = {d.chain[0] for d in self.drives if d.motion is not None and len(d.chain) > 1}
         return tuple(c for c in self.carries if c.edge not in moving or c.edge.child in wanted)
 
 
@@ -49,4 +62,6 @@ def find_repertoire(model: GraphModel) -> Repertoire:
     carries = find_carries(model)
     still = find_drives(model, carries)
     drives = (*still, *find_motion_drives(model, carries, still))
-    return Repertoire(carries, drives, find_borders(model, carries), {c.edge: find_enabling(model, c) for c in carries})
+    enabling = {c.edge: find_enabling(model, c) for c in carries}
+    names = {n: s.observable.names for n, s in model.graph.objects.items()}
+    return Repertoire(carries, drives, find_borders(model, carries), enabling, names)

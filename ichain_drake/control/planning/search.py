@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import networkx as nx
 import numpy as np
 
+from ichain_drake.control.planning.contradictions import MOST_VARIANTS, Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
@@ -60,6 +61,7 @@ class Search:
         goal: what is wanted.
         objects: those whose states tell states of the search apart; None for all.
         touching: interactions of the robot that are active at the start.
+        record: what executions contradicted.
     """
 
     def __init__(
@@ -71,6 +73,7 @@ class Search:
         goal: Goal,
         objects: Collection[str] | None,
         touching: tuple[Interaction, ...],
+        record: Record | None = None,
     ) -> None:
         self.model, self.settings = model, settings
         self.macros = macros
@@ -79,10 +82,12 @@ class Search:
         self.novelty = Novelty(model, objects)
         self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
+        self.dropped = False  # whether a state was left out that might have led on
         self.closed: set[tuple[object, ...]] = set()
         self.nearest = Nearest(self.model, goal, start)
         self.start = dict(start)
         self.touching = touching
+        self.record = record or Record(model)
         self.parked = parked_state(model, self.start) if touching else self.start[model.graph.root]
 
     def run(self) -> Node | NoPlan:
@@ -113,9 +118,10 @@ class Search:
             if done:
                 return min(done, key=lambda n: (len(n.unmet), n.ticks, mark_of(n)))
             queue = sorted([*reserve, *children], key=lambda n: (n.rank, len(n.unmet) + len(n.open), n.ticks, n.mark))
-            queue = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
-            layer, reserve = queue[: self.settings.width], queue[self.settings.width :]
-        return self.nearest.failure(self.expansions)
+            kept = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
+            self.dropped |= len(kept) < len(queue)
+            layer, reserve = kept[: self.settings.width], kept[self.settings.width :]
+        return self.nearest.failure(self.expansions, exhausted=not layer and not self.dropped)
 
     def _key(self, node: Node) -> tuple[object, ...]:
         return (*self.novelty.key(node.states), node.unmet, node.held)
@@ -172,7 +178,7 @@ class Search:
             wanted = self._pose(carry, place)
             ticks = _SWITCH_TICKS + self._way(carry, node.states[carry.edge.child][carry.follow], place)
             step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks)
-            out.append(self._child(node, step, states))
+            out += self._child(node, step, states)
         return out
 
     def _driven(self, layer: Sequence[Node]) -> list[Node]:
@@ -182,8 +188,10 @@ class Search:
         out = []
         for (node, drive), outcomes in zip(rows, results, strict=True):
             for outcome in outcomes:
-                if outcome.lost is None:
-                    out.append(self._child(node, self._step(node, drive, outcome), outcome.states))
+                if outcome.lost is not None:
+                    self.nearest.note_blocked(drive.chain, drive.variable, outcome.lost, outcome.margin)
+                else:
+                    out += self._child(node, self._step(node, drive, outcome), outcome.states)
         return out
 
     def _step(self, node: Node, drive: Drive, outcome: Outcome) -> PlanStep:
@@ -221,12 +229,18 @@ class Search:
         wanted = {until[:2]: until[3]}
         return PlanStep(chain, wanted, until, predicted=outcome.states, ticks=ticks, motion=drive.motion)
 
-    def _child(self, node: Node, step: PlanStep, states: Batch) -> Node:
+    def _child(self, node: Node, step: PlanStep, states: Batch) -> list[Node]:
+        """The node that a step leads to, if it is not known to fail."""
+        failures = self.record.failures(step, node.states)
+        if failures > MOST_VARIANTS:
+            return []
+        if failures:
+            step = replace(step, variant=failures, ticks=expected_ticks(step.ticks, failures))
         unmet = unmet_conditions(self.surer, states, self.model)
         steps, ticks = (*node.steps, step), node.ticks + step.ticks
         child = Node(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet))
         self.nearest.note(child.states, child.unmet, step.chain[-1])
-        return child
+        return [child]
 
     def _pose(self, carry: Carry, values: FloatArray) -> dict[tuple[str, str], float]:
         obj = carry.edge.child

@@ -37,6 +37,7 @@ class Outcome:
         ticks: from the drive's beginning on.
         lost: the interaction of the chain that was or became inactive, if it did not drive at all.
         met: index of the condition for which it stops, if there is one.
+        margin: decision value of the interaction that was lost.
     """
 
     states: Batch
@@ -44,6 +45,7 @@ class Outcome:
     ticks: int
     lost: Interaction | None = None
     met: int | None = None
+    margin: float = 0.0
 
 
 def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, dict[Interaction, BoolArray]]:
@@ -104,7 +106,9 @@ def _outcomes(run: Run, conditions: Sequence[Condition], borders: Sequence[Borde
         drive = run.rows[s.row][1]
         value = float(ends[drive.chain[-1].child][k, drive.variable])
         ticks = int(run.ticks_at[s.step][s.row] + run.ramp[s.row])
-        out[s.row].append(Outcome(row(settled, k), value, ticks, run.lost[s.row], s.condition))
+        lost = run.lost[s.row]
+        margin = 0.0 if lost is None else float(run.model.decide(lost, row(ends, k)))
+        out[s.row].append(Outcome(row(settled, k), value, ticks, lost, s.condition, margin))
     return out
 
 

@@ -15,7 +15,7 @@ from ichain_drake.control.planning.model import Batch, GraphModel
 from ichain_drake.control.planning.plan import Condition
 from ichain_drake.graph import Interaction
 
-_FAST = 0.25  # of a range, changed in a step: the middle is aimed at, where otherwise the range's begin is enough
+_FAST = 0.5  # of a range, changed in a step: the middle is aimed at, where otherwise the range's begin is enough
 
 
 class Predicted(Protocol):

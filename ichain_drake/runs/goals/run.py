@@ -13,6 +13,8 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.contradictions import Contradiction
+from ichain_drake.control.planning.format import count
 from ichain_drake.control.planning.goals import gap, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import SkillFunction
@@ -232,11 +234,13 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
     assert run.goal is not None
     world, prepare = run.scenario.make_world(run.number)
 
-    def planned(now: States, goal: Goal, cautious: Collection[Interaction] = ()) -> Plan | NoPlan:
-        found = knowledge.planner.plan(now, goal, cautious)
+    def planned(
+        now: States, goal: Goal, cautious: Collection[Interaction], contradictions: Sequence[Contradiction]
+    ) -> Plan | NoPlan:
+        found = knowledge.planner.plan(now, goal, cautious, contradictions)
         if run.plan is None:
             run.plan = found
-        say("no plan" if isinstance(found, NoPlan) else f"executing {len(found.steps)} steps")
+        say("no plan" if isinstance(found, NoPlan) else f"executing {count(found)}")
         return found
 
     motion = run.scenario.make_motion() if isinstance(run.scenario, PlansMotion) else None
