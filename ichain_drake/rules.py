@@ -36,7 +36,6 @@ _EVERY = (
     Rule("subsumed", "a carried object may drive more than its chain says: then the longer chain is meant", _PLANNING),
     Rule("brimful", "a fuller vessel than was shown pours earlier: begin where not even a full one would", _PLANNING),
     Rule("unseen", "a pose that was only passed through may be out of reach before it is turned", _PLANNING),
-    Rule("enabling_places", "an object may be in the way of an interaction of others: bring it away first", _PLANNING),
     Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),
     Rule("conserve", "errors of learned flows add up: a long drive would make water out of nothing", _PLANNING),
     Rule("corners", "a straight way may switch something: go around by a state that was shown", _PLANNING),

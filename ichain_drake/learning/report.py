@@ -29,6 +29,9 @@ class Reported(Protocol):
     @property
     def pieces(self) -> Sequence[str]: ...  # noqa: D102
 
+    @property
+    def findings(self) -> Sequence[str]: ...  # noqa: D102
+
 
 def report(model: Reported) -> dict[str, Any]:
     """Figures of every model as plain numbers and texts, ready for JSON.

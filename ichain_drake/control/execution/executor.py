@@ -7,7 +7,7 @@ plans anew from what is observed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from ichain_drake.control.execution.monitoring import deviation, gone, unmet
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
 from ichain_drake.control.execution.tasks import LOOK_TICKS, Answer, Failed, Look, Mode, Task, View
+from ichain_drake.control.planning.contradictions import Contradiction
 from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import Skills
@@ -31,8 +32,9 @@ from ichain_drake.graph import Interaction
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
-Planner = Callable[[States, Goal, Collection[Interaction]], Plan | NoPlan]
-"""Makes a plan from measured states; interactions of the last argument keep to their customary conditions."""
+Planner = Callable[[States, Goal, Collection[Interaction], Sequence[Contradiction]], Plan | NoPlan]
+"""Makes a plan from measured states, with the interactions that keep to their customary conditions, and with what was
+contradicted."""
 
 _READINGS = 12
 _UNFORESEEN = ("activation", "chain", "reach")
@@ -172,17 +174,21 @@ class Executor:
 
     def _next(self, memory: Memory) -> None:
         now = self._view(memory).averaged(LOOK_TICKS)
+        if memory.giving_up is not None:
+            self._last_look(memory)
+            return
         if memory.plan is None:
             self._plan(memory, self._view(memory).averaged(_READINGS) if memory.looked_again else now)
             return
         if memory.step >= 0 and self.settings.monitors:
             off = deviation(self.model, memory.plan.steps[memory.step], now)
             if off:
+                self._contradicted(memory)
                 self._replan(memory, "deviation", off)
                 return
         memory.step += 1
         if memory.step < len(memory.plan.steps):
-            step = memory.plan.steps[memory.step]
+            step, memory.began = memory.plan.steps[memory.step], now
             memory.tasks = step_tasks(self.model, step, now, memory.carried)
             return
         missing = unmet(self.model, self.goal, now)
@@ -190,16 +196,17 @@ class Executor:
             memory.mode = Mode.REACHED
             memory.reason = "goal reached" if not missing else "the plan was carried out; not watched whether it worked"
             return
+        self._contradicted(memory)
         self._replan(memory, "goal unmet", missing)
 
     def _plan(self, memory: Memory, now: States) -> None:
-        found = self.planner(now, self.goal, memory.cautious)
+        found = self.planner(now, self.goal, memory.cautious, memory.contradictions)
         if isinstance(found, NoPlan):
             if self.settings.monitors and not memory.looked_again:
                 # One reading less noisy may be all that is missing.
                 memory.looked_again, memory.tasks = True, [Look(None, _READINGS)]
                 return
-            self._stop(memory, "no plan", found.reason)
+            self._give_up(memory, "no plan", found.reason)
             return
         memory.looked_again = False
         memory.plan, memory.step = found, -1
@@ -208,7 +215,7 @@ class Executor:
     def _replan(self, memory: Memory, cause: str, text: str) -> None:
         memory.log.append((memory.tick, f"{cause}: {text}"))
         if memory.replans >= self.settings.replans:
-            self._stop(memory, cause, f"{text}; given up after {memory.replans} new plans")
+            self._give_up(memory, cause, f"{text}; given up after {memory.replans} new plans")
             return
         memory.replans += 1
         memory.plan, memory.step = None, -1
@@ -216,14 +223,18 @@ class Executor:
 
     def _failed(self, memory: Memory, failure: Failed) -> None:
         """Put down what can't be brought where it should go, let go of what is not carried, and plan anew."""
+        if memory.giving_up is not None:
+            self._last_look(memory)
+            return
         step = memory.plan.steps[memory.step] if memory.plan is not None and memory.step >= 0 else None
         view = self._view(memory)
         unforeseen, origin = failure.cause in _UNFORESEEN, memory.carried.origin
         if failure.cause == "lost":
             unforeseen = memory.carried.stayed(self.model, view.averaged())
             memory.carried = memory.carried.slipped()
+        self._contradicted(memory)
         self._replan(memory, failure.cause, failure.text)
-        if memory.stopped:
+        if memory.giving_up is not None:
             return
         if unforeseen:
             self._beware(memory, failure.edge)
@@ -249,6 +260,32 @@ class Executor:
         if conditions and edge not in memory.cautious:
             memory.cautious = (*memory.cautious, edge)
             memory.log.append((memory.tick, f"cautious: {edge.name} only as it was shown, by {', '.join(conditions)}"))
+
+    def _contradicted(self, memory: Memory) -> None:
+        """What the running step, or the last, was meant to do did not come about from where it began."""
+        if memory.plan is not None and memory.plan.steps and memory.began:
+            step = memory.plan.steps[min(max(memory.step, 0), len(memory.plan.steps) - 1)]
+            memory.contradictions = (*memory.contradictions, Contradiction(step, memory.began))
+
+    def _give_up(self, memory: Memory, cause: str, reason: str) -> None:
+        """Stop, unless the goal holds once everything is let go of: what failed may not have mattered."""
+        if not self.settings.monitors:
+            self._stop(memory, cause, reason)
+            return
+        view = self._view(memory)
+        mine = [e for e in self.model.graph.interactions if e.parent == self._root and view.holds(e)]
+        memory.giving_up = (cause, reason)
+        memory.tasks = [Switch(e, activate=False) for e in mine if e in self.goal.inactive]
+        if memory.tasks or not memory.looked_again:
+            memory.tasks.append(Look(None, _READINGS))
+
+    def _last_look(self, memory: Memory) -> None:
+        assert memory.giving_up is not None
+        if unmet(self.model, self.goal, self._view(memory).averaged(_READINGS)):
+            self._stop(memory, *memory.giving_up)
+        else:
+            memory.mode, memory.reason, memory.tasks = Mode.REACHED, "goal reached", []
+            memory.log.append((memory.tick, f"{memory.giving_up[0]}: the goal holds all the same"))
 
     def _stop(self, memory: Memory, cause: str, reason: str) -> FloatArray:
         memory.mode, memory.cause, memory.reason = Mode.STOPPED, cause, reason

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ichain_drake.control.planning.model import GraphModel
+from ichain_drake.control.planning.model import GraphModel, is_change, keeps
 from ichain_drake.graph import Interaction
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray, StateSpace
@@ -64,11 +64,16 @@ def _displacements(
     """How far the child should have moved in the last 1, 2, ... ticks, and how far it is from there, both in noises."""
     space = model.graph.objects[edge.child].observable
     index = sorted({f.variable for f in model.edges[edge].effects} & pose_of(space))
-    last = list(readings)[-(min(ticks, _MOST) + 1) :]
-    if not index or len(last) <= _LEAST:
+    last = list(readings)[-(min(ticks, _MOST) + 2) :]
+    count = min(ticks, _MOST, len(last) - 1)
+    if not index or count < _LEAST:
         return np.zeros(0), np.zeros(0)
     parent, child = (np.array([r[n] for r in last]) for n in (edge.parent, edge.child))
     effect = model.effect(edge, {edge.parent: parent[:-1], edge.child: child[:-1]}, parent[1:])
+    # Of a variable that has a value of its own, an effect says how far from it the child is: it moves by the change.
+    held = keeps(model, edge.child) | is_change(model, edge.child)
+    effect = np.where(held, effect, np.diff(effect, axis=0, prepend=effect[:1]))[-count:]
+    child = child[-count - 1 :]
     noise = np.sqrt(2.0) * np.maximum(model.noise[edge.child], 1e-9)
     expected = (np.cumsum(effect[::-1], axis=0) / noise)[:, index]
     seen = (space.difference(child[-1], child[-2::-1]) / noise)[:, index]

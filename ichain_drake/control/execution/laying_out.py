@@ -8,6 +8,7 @@ from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.carrying import Carry, CarryPart
 from ichain_drake.control.execution.driving import Approach, Drive
 from ichain_drake.control.execution.following import pose_of
+from ichain_drake.control.execution.moving import Moving
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.tasks import LOOK_TICKS, Look, Task
 from ichain_drake.control.planning.model import GraphModel
@@ -34,12 +35,17 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
             out += [*(_put_back(model, e, holds) if holds.in_the_air(model, e, now) else []), Switch(e, activate=False)]
     if not step.wanted and not step.before and not step.after and step.until is None:
         return [*out, Switch(edge, activate=False), Look(None, LOOK_TICKS)]
+    if step.motion is not None:
+        out += [Switch(edge, activate=True, motion=step.motion, first=step.variant), Moving(edge, step=step)]
+        # Whatever the classifier says in the end: nothing else tells whether what is geared only while held is free.
+        return [*out, Switch(edge, activate=False, forced=True), Look(None, LOOK_TICKS)]
     carried = indices(model, step.wanted, edge, but=step.until)
     goes_along = bool(step.before or step.after or step.until is None)
     before = indices(model, step.before, edge)
     first = carry_tasks(model, edge, before, place_first=True) if before else []
     approach = carry_tasks(model, edge, carried, place_first=True) if goes_along and carried else []
-    out.append(Switch(edge, activate=True, onward=next(iter([*first, *approach]), None)))
+    onward = next(iter([*first, *approach]), None)
+    out.append(Switch(edge, activate=True, onward=onward, first=step.variant))
     out += first
     if step.until is None:
         out += approach

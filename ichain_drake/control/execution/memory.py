@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.tasks import Mode, Task
-from ichain_drake.control.planning.plan import Plan
+from ichain_drake.control.planning.contradictions import Contradiction
+from ichain_drake.control.planning.plan import Plan, States
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
@@ -48,6 +49,9 @@ class Memory:
         log: (tick, text) of everything that did not go as planned.
         carried: what the robot holds, and where it let go of what it held.
         cautious: interactions that failed where their classifier saw no reason; new plans keep to what was shown.
+        began: measured states in which the running step began.
+        contradictions: steps that did not do what was predicted.
+        giving_up: cause and reason for which it will stop, unless a last look finds that the goal holds.
     """
 
     command: FloatArray
@@ -65,6 +69,9 @@ class Memory:
     log: list[tuple[int, str]] = field(default_factory=list)
     carried: Carried = field(default_factory=Carried)
     cautious: tuple[Interaction, ...] = ()
+    began: States = field(default_factory=dict)
+    contradictions: tuple[Contradiction, ...] = ()
+    giving_up: tuple[str, str] | None = None
 
     @property
     def stopped(self) -> bool:

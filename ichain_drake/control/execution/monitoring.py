@@ -63,9 +63,11 @@ def deviation(model: GraphModel, step: PlanStep, now: States) -> str:
     """
     if not enabled("deviation"):
         return ""
+    # How far what is moved goes follows from the driven variable under feedback; no number was ever meant.
+    on_the_way = {e.child for e in step.chain[:-1]} if step.motion is not None else set()
     for name, dynamics in model.passive.items():
         space = model.graph.objects[name].observable
-        if name not in step.predicted:
+        if name not in step.predicted or name in on_the_way:
             continue
         off = np.abs(space.difference(now[name], step.predicted[name]))
         width = model.high[name] - model.low[name]

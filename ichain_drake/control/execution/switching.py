@@ -10,6 +10,8 @@ import numpy as np
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.following import goes_along
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
+from ichain_drake.control.planning.holding import taken_as
+from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.travel import corners, jumping
 from ichain_drake.errors import UnreachableError
 from ichain_drake.state import FloatArray
@@ -38,6 +40,8 @@ class Switch(Task):
     tried: int = 0  # ticks of it
     since: int = -1  # ticks since what jumps has jumped
     taken: FloatArray | None = None  # the child's state then
+    motion: Motion | None = None  # that the child is taken for
+    first: int = 0  # of the demonstrated events: after a failure another one is tried first
 
     @property
     def mode(self) -> Mode:  # type: ignore[override]
@@ -115,7 +119,7 @@ class Switch(Task):
 
     def _taken(self, view: View) -> bool:
         """What is taken goes along from here on: its ways are laid out with it, not as it was once demonstrated."""
-        if view.motion is None or not self.path:
+        if (view.motion is None and self.motion is None) or not self.path:
             return False
         return self._switched(view) and view.is_active(self.edge)  # type: ignore[arg-type]
 
@@ -144,7 +148,11 @@ class Switch(Task):
     def _lay(self, view: View, activate: bool) -> list[FloatArray]:
         assert self.edge is not None
         states = view.averaged()
-        path = view.skills.path(view.model, self.edge, activate, states, self.attempt)
+        prefer = None
+        if activate and self.motion is not None:
+            child = states[self.edge.child]
+            prefer = taken_as(view.model, self.motion, int(self.motion.grasp(child[None])[0][0]), child)
+        path = view.skills.path(view.model, self.edge, activate, states, self.first + self.attempt, prefer)
         self.far, self.course = 0, Course()
         if not activate:
             return list(path)

@@ -1,69 +1,73 @@
-"""Places of an object that let some other interaction happen: a door has to be open before food can be taken out.
+"""Places of an object at which some interaction is possible: a weight on a button, a door out of the way.
 
-Whether an interaction is active may depend on any parent of its child. Demonstrated states in which it was active are
-therefore looked at with the object put where it is now: where that alone switches the interaction off, the object's
-demonstrated place is worth going to, whatever else is still missing.
+Whether an interaction is active may depend on any parent of its child, and on what has still to be brought about. So it
+is asked about in demonstrated states in which it was active, with the object put somewhere else: where it would be
+active then, the object's place is no obstacle, whatever else is missing (regression through enabling conditions).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from ichain_drake.control.planning.borders import active_samples
 from ichain_drake.control.planning.macros import Carry
-from ichain_drake.control.planning.model import GraphModel, span, take
+from ichain_drake.control.planning.model import Batch, GraphModel
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
-from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
-_SAMPLES = 60
 _MOST = 0.5  # of the samples that the object's present place must switch off
 
 
-def enabling_places(model: GraphModel, carry: Carry, nodes: Sequence[States]) -> list[list[FloatArray]]:
-    """Places that make interactions possible which the present place forbids.
+@dataclass(frozen=True, eq=False)
+class Enabling:
+    """Where an object makes an interaction possible.
+
+    Attributes:
+        carry: of the object.
+        edge: the interaction.
+        samples: demonstrated states in which it was active, shape (n, n_variables) each.
+        place: values of the followed variables at which it is surest of all known places, shape (n_follow,).
+    """
+
+    carry: Carry
+    edge: Interaction
+    samples: Batch
+    place: FloatArray
+
+    def missing(self, model: GraphModel, nodes: Sequence[States]) -> np.ndarray:
+        """Whether the object's present place makes the interaction impossible, in each of several states."""
+        here = np.array([n[self.carry.edge.child][self.carry.follow] for n in nodes])
+        on = _decide(model, self.edge, self.carry, self.samples, here) >= 0.0
+        return np.asarray(on.mean(axis=1) <= 1.0 - _MOST)
+
+
+def find_enabling(model: GraphModel, carry: Carry) -> tuple[Enabling, ...]:
+    """For each interaction that an object's place may matter to, where it is surest.
 
     Args:
         model: the learned graph.
-        carry: what is carried.
-        nodes: states, shape (n_variables,) each.
-
-    Returns:
-        Values of the followed variables, shape (n_follow,) each, for each state.
+        carry: of the object.
     """
-    obj = carry.edge.child
-    out: list[list[FloatArray]] = [[] for _ in nodes]
-    if not enabled("enabling_places"):
-        return out
+    obj, out = carry.edge.child, []
     for edge in model.graph.interactions:
-        # Of its two ends `carry_targets` takes care.
-        if obj in (edge.parent, edge.child) or obj not in model.graph.parents(edge.child):
+        if edge == carry.edge or obj not in (edge.child, *model.graph.parents(edge.child)):
             continue
-        samples, sure = _surest(model, edge)
-        if not len(sure):
+        samples = active_samples(model, edge)
+        if not len(samples[obj]):
             continue
-        best = _let_go(model, carry, samples[obj][int(np.argmax(sure))][carry.follow])
-        for places, node in zip(out, nodes, strict=True):
-            moved = {n: v.copy() for n, v in samples.items()}
-            moved[obj][:, carry.follow] = node[obj][carry.follow]
-            if np.mean(model.decide(edge, moved) < 0.0) > _MOST:
-                places.append(best)
-    return out
+        sure = _decide(model, edge, carry, samples, carry.places).max(axis=1)
+        if sure.max() >= 0.0:
+            out.append(Enabling(carry, edge, samples, carry.places[int(np.argmax(sure))]))
+    return tuple(out)
 
 
-def _let_go(model: GraphModel, carry: Carry, pose: FloatArray) -> FloatArray:
-    """The place nearest to a pose at which the object was let go of in demonstrations."""
-    width = span(model, carry.edge.child)[carry.follow]
-    return carry.places[int(np.argmin((np.abs(carry.places - pose) / width).sum(axis=1)))]
-
-
-def _surest(model: GraphModel, edge: Interaction) -> tuple[dict[str, FloatArray], FloatArray]:
-    """Demonstrated states in which an interaction was active, by the classifier, and its decision values."""
-    samples = dict(model.edges[edge].examples.active)
-    sure = model.decide(edge, samples)
-    rows = np.flatnonzero(sure >= 0.0)
-    if len(rows) > _SAMPLES:
-        rows = rows[np.linspace(0, len(rows) - 1, _SAMPLES).round().astype(int)]
-    return take(samples, rows), sure[rows]
+def _decide(model: GraphModel, edge: Interaction, carry: Carry, samples: Batch, places: FloatArray) -> FloatArray:
+    """Decision values in the samples with the object put at each place, shape (n_places, n_samples)."""
+    obj, count = carry.edge.child, len(samples[carry.edge.child])
+    batch = {n: np.tile(v, (len(places), 1)) for n, v in samples.items()}
+    batch[obj][:, carry.follow] = np.repeat(places, count, axis=0)
+    return model.decide(edge, batch).reshape(len(places), count)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of, words
 from ichain_drake.control.planning.model import GraphModel, span
@@ -25,6 +26,7 @@ class Nearest:
         self.nearest = [float(value_of(c, start, model.graph)) for c in goal.conditions]
         self.blame: list[Interaction | None] = [None] * len(goal.conditions)
         self.best: tuple[States, tuple[int, ...]] = (start, tuple(range(len(goal.conditions))))
+        self.blocked: dict[tuple[str, int], tuple[int, float, Interaction]] = {}
 
     def note(self, states: States, unmet: tuple[int, ...], edge: Interaction | None) -> None:
         """Take a predicted state into account.
@@ -43,28 +45,49 @@ class Nearest:
         if len(unmet) < len(self.best[1]):
             self.best = (states, unmet)
 
-    def failure(self, expansions: int) -> NoPlan:
+    def note_blocked(self, chain: Sequence[Interaction], variable: int, edge: Interaction, margin: float) -> None:
+        """Take a drive into account that could not begin; kept is the one that came furthest along its chain.
+
+        Args:
+            chain: that should have driven.
+            variable: of its last object.
+            edge: the interaction that was inactive.
+            margin: its decision value, below 0.
+        """
+        key, found = (chain[-1].child, variable), (list(chain).index(edge), margin, edge)
+        self.blocked[key] = max(self.blocked.get(key, found), found, key=lambda f: f[:2])
+
+    def failure(self, expansions: int, *, exhausted: bool) -> NoPlan:
         """The condition that was never met, or that is missing where most of the others hold.
 
         Args:
             expansions: how many states were expanded, for the reason.
+            exhausted: whether nothing that can be done was left out: else it was not found, and may yet be possible.
         """
         graph, conditions = self.model.graph, self.goal.conditions
         width = [
             float(span(self.model, c.object)[graph.objects[c.object].observable.index(c.variable)]) for c in conditions
         ]
         never = [k for k in range(len(conditions)) if self.closest[k] > 0]
-        effort = f"after {expansions} states were expanded"
+        effort = f"in all {expansions} states that can be reached" if exhausted else f"within {expansions} states"
+        verdict, may = ("can't be met", "can't") if exhausted else ("was not found to be met", "was not found to")
         if never:
             k = max(never, key=lambda k: self.closest[k] / width[k])
             c, edge = conditions[k], self._edge_of(k)
+            index = graph.objects[c.object].observable.index(c.variable)
             tail = "" if kept_by_itself(self.model, c) else "; it does not keep its value once it is let go"
+            blocked = self.blocked.get((c.object, index))
+            if blocked is not None and self.blame[k] is None:
+                edge = blocked[2]
+                tail = f"; {edge.name} never became active on the way, its nearest decision value is {blocked[1]:.2g}"
+            blame = self.blame[k]
+            by = "as it is" if blame is None else f"by {blame.name}"
             return NoPlan(
                 c,
                 self.nearest[k],
                 edge,
-                f"{words(c, graph)} can't be met: {self.nearest[k]:.4g} is the nearest that was predicted, "
-                f"by {edge.name if edge else 'no interaction'}, {effort}{tail}",
+                f"{words(c, graph)} {verdict}: {self.nearest[k]:.4g} is the nearest that was predicted, {by}, "
+                f"{effort}{tail}",
             )
         states, unmet = self.best
         if not conditions or not unmet:
@@ -76,14 +99,19 @@ class Nearest:
                 else Condition(edge.child, graph.objects[edge.child].names[0], -math.inf, math.inf)
             )
             value = float(value_of(c, states, graph))
-            return NoPlan(c, value, edge, f"{edge.name} can't be made {wanted} together with the rest, {effort}")
+            return NoPlan(
+                c,
+                value,
+                edge,
+                f"{edge.name} {may} be made {wanted} together with the rest, {effort}",
+            )
         k = max(unmet, key=lambda k: float(gap(conditions[k], value_of(conditions[k], states, graph))))
         c, value = conditions[k], float(value_of(conditions[k], states, graph))
         return NoPlan(
             c,
             self.nearest[k],
             self._edge_of(k),
-            f"{words(c, graph)} can't be met together with the other conditions: it is {value:.4g} where most of them "
+            f"{words(c, graph)} {verdict} together with the other conditions: it is {value:.4g} where most of them "
             f"hold, {effort}",
         )
 

@@ -27,12 +27,12 @@ def format_plan(plan: Plan | NoPlan, graph: InteractionGraph, start: States | No
     if not plan.steps:
         return "nothing to do: the goal is met"
     lines = [
-        f"{counted(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s); {plan.expansions} states expanded, "
+        f"{count(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s); {plan.expansions} states expanded, "
         f"{plan.rollouts} macro-actions simulated"
     ]
     passed, known = 0, start
     for number, step in enumerate(plan.steps, 1):
-        chain = "".join(e.name if k == 0 else f"->{e.child}" for k, e in enumerate(step.chain))
+        chain = "->".join([step.chain[0].parent, *(e.child for e in step.chain)])
         lines.append(f"{number}. {chain}: {_doing(step, graph)}")
         passed += step.ticks
         lines.append(f"   {step.ticks} ticks, until {passed * TICK:.0f} s{_changes(known, step.predicted, graph)}")
@@ -40,8 +40,8 @@ def format_plan(plan: Plan | NoPlan, graph: InteractionGraph, start: States | No
     return "\n".join(lines)
 
 
-def counted(plan: Plan) -> str:
-    """How many steps a plan has, in words."""
+def count(plan: Plan) -> str:
+    """Number of a plan's steps in words."""
     return f"{len(plan.steps)} step{'' if len(plan.steps) == 1 else 's'}"
 
 

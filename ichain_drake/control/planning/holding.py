@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel
+from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
 from ichain_drake.rules import enabled
+from ichain_drake.state import FloatArray
 
 _GRASPS = 40  # demonstrated ways of holding that are tried
 
@@ -46,3 +48,20 @@ def can_hold(model: GraphModel, edge: Interaction, states: Sequence[States]) -> 
     moved[:, list(alignment.parent.indices)] += (batch[edge.child][:, index] - was) @ alignment.turn
     batch[edge.parent] = moved
     return np.asarray((model.decide(edge, batch).reshape(len(states), count) >= 0.0).any(axis=1))
+
+
+def taken_as(model: GraphModel, motion: Motion, node: int, child: FloatArray) -> FloatArray:
+    """State of the robot, shape (n_root,), that takes an object as in a demonstrated state, from where the object is.
+
+    Args:
+        model: the learned graph.
+        motion: names the demonstrated states.
+        node: index of one.
+        child: where the object is, shape (n_child,).
+    """
+    alignment: Any = model.edges[motion.edge].alignment
+    out = motion.robot[node].copy()
+    if alignment is not None:
+        index = list(alignment.child.indices)
+        out[list(alignment.parent.indices)] += (child - motion.child[node])[index] @ alignment.turn
+    return out

@@ -23,6 +23,7 @@ from ichain_drake.control.planning.model import (
     span,
     take,
 )
+from ichain_drake.control.planning.motion import Motion
 from ichain_drake.graph import Interaction
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
@@ -35,9 +36,9 @@ _PROBE_TICKS = 6
 _LONG_TICKS = 36
 _RECHECK = 12  # ticks after which interactions are classified anew
 _LEAST_RATE = 0.2  # of the least change, in the short probe
-_LEAST_CHANGE = 0.08  # of the demonstrated range, in the long probe
+LEAST_CHANGE = 0.08  # of the demonstrated range, in the long probe
 _BIAS = 0.25  # of the change in the other direction: less may be a bias of the model
-_NOISES = 5.0
+NOISES = 5.0
 _NEARLY_BEST = 0.9  # of the best sample's change: among those the surest one is taken
 _QUIET = 0.05  # of the best sample's change
 _MOST_SAMPLES = 60  # per chain
@@ -72,6 +73,7 @@ class Drive:
         carry: how the first object is carried, where it follows the robot; else None.
         hold: sample of all states while the variable is driven.
         before: sample of all states with the chain active, but the variable quiet; equals `hold` where none is needed.
+        motion: of the robot, by which the variable is driven; None where it holds still.
     """
 
     chain: tuple[Interaction, ...]
@@ -81,6 +83,7 @@ class Drive:
     carry: Carry | None
     hold: Batch
     before: Batch
+    motion: Motion | None = None
 
 
 def find_carries(model: GraphModel) -> tuple[Carry, ...]:
@@ -193,7 +196,7 @@ def _drives_of(
 ) -> list[Drive]:
     target = chain[-1].child
     follow = carry.follow if carry is not None and len(chain) == 1 else ()
-    least = np.maximum(_LEAST_CHANGE * span(model, target), _NOISES * model.noise[target])
+    least = np.maximum(LEAST_CHANGE * span(model, target), NOISES * model.noise[target])
     usable = keeps(model, target) & ~is_change(model, target)
     out = []
     for v in np.flatnonzero(usable):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import networkx as nx
 import numpy as np
 
-from ichain_drake.control.planning.enabling import enabling_places
+from ichain_drake.control.planning.enabling import Enabling
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
 from ichain_drake.control.planning.macros import Carry
 from ichain_drake.control.planning.model import Batch, GraphModel, span
@@ -20,15 +20,19 @@ _LINE = 17
 
 
 def carry_targets(
-    model: GraphModel, carry: Carry, nodes: Sequence[States], start: States, conditions: Sequence[Condition]
+    model: GraphModel,
+    carry: Carry,
+    nodes: Sequence[States],
+    start: States,
+    conditions: Sequence[Condition],
+    enabling: Sequence[Enabling] = (),
 ) -> list[list[FloatArray]]:
     """Poses worth carrying an object to, for each of several states.
 
     They are: what the goal wants of it, where it was at the start, for each other interaction of the object the
-    place of a demonstration that makes it active most surely, the nearest place at which none is, and places that other
-    objects' interactions ask for (see `enabling_places`). Where the object
-    acts on a variable of the goal that keeps no value of its own, also poses in even steps
-    between its outermost places.
+    place of a demonstration that makes it active most surely, the nearest place at which none is, and places at which
+    an interaction would be possible that is not where the object is now (see `Enabling`). Where the object acts on a
+    variable of the goal that keeps no value of its own, also poses in even steps between its outermost places.
 
     Args:
         model: the learned graph.
@@ -36,6 +40,7 @@ def carry_targets(
         nodes: states, shape (n_variables,) each.
         start: states at the start of planning.
         conditions: of the goal.
+        enabling: where the object makes interactions possible.
 
     Returns:
         Values of the followed variables, shape (n_follow,) each, for each state.
@@ -50,7 +55,7 @@ def carry_targets(
     margins = np.array([model.decide(e, batch).reshape(len(nodes), n) for e in others]).reshape(-1, len(nodes), n)
     wanted = _wanted(model, carry, start, conditions)
     width = span(model, obj)[carry.follow]
-    out, enabling = [], enabling_places(model, carry, nodes)
+    out, missing = [], [e.missing(model, nodes) for e in enabling]
     for k, node in enumerate(nodes):
         here = node[obj][carry.follow]
         found = [] if wanted is None else [wanted]
@@ -64,7 +69,8 @@ def carry_targets(
         if len(free):
             away = np.abs((places[free] - here) / width).sum(axis=1)
             found.append(places[free[int(np.argmin(away))]])
-        out.append(_distinct([*found, *enabling[k]], here, width))
+        found += [e.place for e, needed in zip(enabling, missing, strict=True) if needed[k]]
+        out.append(_distinct(found, here, width))
     return out
 
 

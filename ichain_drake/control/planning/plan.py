@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ichain_drake.control.planning.motion import Motion
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
@@ -62,6 +63,8 @@ class PlanStep:
         release: whether the first interaction is deactivated at the end.
         predicted: states predicted at the end.
         ticks: predicted duration.
+        motion: of the robot by which the variable is driven; None where it holds still.
+        variant: which way of doing it: each failure of an option makes the next try another one.
     """
 
     chain: tuple[Interaction, ...]
@@ -73,6 +76,8 @@ class PlanStep:
     release: bool = True
     predicted: States = field(default_factory=dict)
     ticks: int = 0
+    motion: Motion | None = None
+    variant: int = 0
 
 
 @dataclass(frozen=True)

@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import networkx as nx
 import numpy as np
 
+from ichain_drake.control.planning.contradictions import Contradiction, Record
 from ichain_drake.control.planning.goals import gap, impossible, value_of
-from ichain_drake.control.planning.macros import find_carries, find_drives
 from ichain_drake.control.planning.model import GraphModel, span
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
+from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.search import Search, SearchSettings
 from ichain_drake.control.planning.search_node import Node
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
 __all__ = ["GraphPlanner", "SearchSettings"]
+
+
+@dataclass
+class _Effort:
+    """What one plan takes into account, and what it cost."""
+
+    record: Record
+    expansions: int = 0
+    rollouts: int = 0
 
 
 class GraphPlanner:
@@ -32,12 +42,17 @@ class GraphPlanner:
     def __init__(self, model: GraphModel, settings: SearchSettings | None = None) -> None:
         self.model = model
         self.settings = settings or SearchSettings()
-        self.carries = find_carries(model)
-        self.drives = find_drives(model, self.carries)
+        self.macros = find_repertoire(model)
         self._observed = model
         self._cautious: dict[tuple[Interaction, ...], GraphPlanner] = {}
 
-    def plan(self, start: States, goal: Goal, cautious: Collection[Interaction] = ()) -> Plan | NoPlan:
+    def plan(
+        self,
+        start: States,
+        goal: Goal,
+        cautious: Collection[Interaction] = (),
+        contradictions: Sequence[Contradiction] = (),
+    ) -> Plan | NoPlan:
         """Find a plan.
 
         Args:
@@ -45,6 +60,7 @@ class GraphPlanner:
             goal: ranges wanted at the same time.
             cautious: interactions to be used only as they were shown, under their customary conditions; if there is
                 no such plan, they are used as without.
+            contradictions: what executions showed not to be as predicted; no plan is made again as it was.
 
         Returns:
             A plan, empty if the goal is met, or why there is none.
@@ -52,18 +68,18 @@ class GraphPlanner:
         began = time.perf_counter()
         shown = tuple(e for e in self.model.graph.interactions if e in cautious and self.model.customary(e))
         if shown:
-            careful = self._keeping_to(shown).plan(start, goal)
+            careful = self._keeping_to(shown).plan(start, goal, (), contradictions)
             if isinstance(careful, Plan):
                 return replace(careful, cautious=shown, seconds=time.perf_counter() - began)
         known = {n: np.asarray(start[n], dtype=float) for n in self.model.graph.objects}
         refused = impossible(goal, self.model, known)
         if refused is not None:
             return refused
-        effort = [0, 0]
+        effort = _Effort(Record(self.model, contradictions))
         found = self._in_stages(known, goal, effort)
         if isinstance(found, NoPlan):
             return found
-        return Plan(found.steps, found.ticks, effort[0], effort[1], time.perf_counter() - began)
+        return Plan(found.steps, found.ticks, effort.expansions, effort.rollouts, time.perf_counter() - began)
 
     def _keeping_to(self, shown: tuple[Interaction, ...]) -> GraphPlanner:
         """A planner with the customary conditions of some interactions; what is active now is seen without them."""
@@ -73,7 +89,7 @@ class GraphPlanner:
             self._cautious[shown] = careful
         return self._cautious[shown]
 
-    def _in_stages(self, start: Mapping[str, FloatArray], goal: Goal, effort: list[int]) -> Node | NoPlan:
+    def _in_stages(self, start: Mapping[str, FloatArray], goal: Goal, effort: _Effort) -> Node | NoPlan:
         """One object's conditions after the other, nearest first, without spoiling what holds; else all at once."""
         first = Node({n: v.copy() for n, v in start.items()}, (), 0, ())
         node, waiting = first, self._open_objects(start, goal)
@@ -98,18 +114,17 @@ class GraphPlanner:
         return node
 
     def _search(
-        self, start: Mapping[str, FloatArray], goal: Goal, objects: frozenset[str] | None, effort: list[int]
+        self, start: Mapping[str, FloatArray], goal: Goal, objects: frozenset[str] | None, effort: _Effort
     ) -> Node | NoPlan:
         active, root = self._observed.active(start), self.model.graph.root
         touching = tuple(e for e in self.model.graph.interactions if e.parent == root and bool(active[e]))
         if objects is not None:  # what is held has to be put down first, whatever it is
-            objects |= {c.edge.child for c in self.carries if c.edge in touching}
-        carries = [c for c in self.carries if objects is None or c.edge.child in objects]
-        drives = [d for d in self.drives if objects is None or d.chain[-1].child in objects]
-        search = Search(self.model, self.settings, (carries, drives), start, goal, objects, touching)
+            objects |= {c.edge.child for c in self.macros.carries if c.edge in touching}
+        macros = self.macros.about(self.model.graph.objects if objects is None else objects, goal)
+        search = Search(self.model, self.settings, macros, start, goal, objects, touching, effort.record)
         found = search.run()
-        effort[0] += search.expansions
-        effort[1] += search.rollouts
+        effort.expansions += search.expansions
+        effort.rollouts += search.rollouts
         return found
 
     def _open_objects(self, states: States, goal: Goal) -> list[str]:

@@ -9,18 +9,22 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import networkx as nx
 import numpy as np
 
+from ichain_drake.control.planning.contradictions import MOST_VARIANTS, Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
-from ichain_drake.control.planning.goals import gap, inside, value_of
+from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
 from ichain_drake.control.planning.holding import can_hold
 from ichain_drake.control.planning.macros import Carry, Drive
-from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel, row, stack, take
+from ichain_drake.control.planning.model import Batch, GraphModel, row, stack, take
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
+from ichain_drake.control.planning.repertoire import Repertoire
 from ichain_drake.control.planning.search_node import Node, cheaper, mark_of
 from ichain_drake.control.planning.simulate import Outcome, settle, simulate
+from ichain_drake.control.planning.travel import parked_state
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
@@ -57,45 +61,38 @@ class Search:
         goal: what is wanted.
         objects: those whose states tell states of the search apart; None for all.
         touching: interactions of the robot that are active at the start.
+        record: what executions contradicted.
     """
 
     def __init__(
         self,
         model: GraphModel,
         settings: SearchSettings,
-        macros: tuple[Sequence[Carry], Sequence[Drive]],
+        macros: Repertoire,
         start: Mapping[str, FloatArray],
         goal: Goal,
         objects: Collection[str] | None,
         touching: tuple[Interaction, ...],
+        record: Record | None = None,
     ) -> None:
         self.model, self.settings = model, settings
-        self.carries, self.drives = macros
+        self.macros = macros
         self.goal = goal
         self.surer = tuple(inside(c, self.model, _NOISES, _MARGIN) for c in goal.conditions)
         self.novelty = Novelty(model, objects)
         self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
+        self.dropped = False  # whether a state was left out that might have led on
         self.closed: set[tuple[object, ...]] = set()
         self.nearest = Nearest(self.model, goal, start)
         self.start = dict(start)
         self.touching = touching
-        self.parked = self._parked(bool(touching))
-
-    def _parked(self, busy: bool) -> FloatArray:
-        """A state of the robot in which it acts on nothing: where it is, or where it was in a demonstration."""
-        root = self.model.graph.root
-        if not busy:
-            return self.start[root]
-        mine = [e for e in self.model.graph.interactions if e.parent == root]
-        rows = np.concatenate([self.model.edges[e].examples.deactivations.after[root] for e in mine])
-        states = {n: np.repeat(v[None], len(rows), axis=0) for n, v in self.start.items()} | {root: rows}
-        surest = np.max([self.model.decide(e, states) for e in mine], axis=0)
-        return rows[int(np.argmin(surest))]
+        self.record = record or Record(model)
+        self.parked = parked_state(model, self.start) if touching else self.start[model.graph.root]
 
     def run(self) -> Node | NoPlan:
         """The node that a plan of few steps ends at, or why there is none."""
-        held = next((e for e in self.touching if any(c.edge == e for c in self.carries)), None)
+        held = next((e for e in self.touching if any(c.edge == e for c in self.macros.carries)), None)
         first = Node(self.start, (), 0, unmet_conditions(self.goal.conditions, self.start, self.model), held)
         self.nearest.note(first.states, first.unmet, None)
         if not first.unmet and not self._forbidden([first])[0]:
@@ -121,9 +118,10 @@ class Search:
             if done:
                 return min(done, key=lambda n: (len(n.unmet), n.ticks, mark_of(n)))
             queue = sorted([*reserve, *children], key=lambda n: (n.rank, len(n.unmet) + len(n.open), n.ticks, n.mark))
-            queue = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
-            layer, reserve = queue[: self.settings.width], queue[self.settings.width :]
-        return self.nearest.failure(self.expansions)
+            kept = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
+            self.dropped |= len(kept) < len(queue)
+            layer, reserve = kept[: self.settings.width], kept[self.settings.width :]
+        return self.nearest.failure(self.expansions, exhausted=not layer and not self.dropped)
 
     def _key(self, node: Node) -> tuple[object, ...]:
         return (*self.novelty.key(node.states), node.unmet, node.held)
@@ -154,11 +152,13 @@ class Search:
 
     def _carried(self, layer: Sequence[Node]) -> list[Node]:
         moves: list[tuple[Node, Carry, FloatArray]] = []
-        for carry in self.carries:
+        for carry in self.macros.movable({c.object for c in self.goal.conditions}):
             nodes = [n for n in layer if n.held in (None, carry.edge)]
             free = can_hold(self.model, carry.edge, [n.states for n in nodes])
             nodes = [n for n, ok in zip(nodes, free, strict=True) if ok or n.held is not None]
-            targets = carry_targets(self.model, carry, [n.states for n in nodes], self.start, self.surer)
+            targets = carry_targets(
+                self.model, carry, [n.states for n in nodes], self.start, self.surer, self.macros.enabling[carry.edge]
+            )
             moves += [(n, carry, t) for n, places in zip(nodes, targets, strict=True) for t in places]
         if not moves:
             return []
@@ -166,7 +166,7 @@ class Search:
         for k, (_, carry, place) in enumerate(moves):
             batch[carry.edge.child][k, carry.follow] = place
         held = np.ones(len(moves), dtype=bool)  # there too, before it is let go
-        for carry in self.carries:
+        for carry in self.macros.carries:
             mine = [k for k, (_, c, _) in enumerate(moves) if c is carry]
             held[mine] = can_hold(self.model, carry.edge, [row(batch, k) for k in mine])
         moves, batch = [m for m, ok in zip(moves, held, strict=True) if ok], take(batch, np.flatnonzero(held))
@@ -180,24 +180,28 @@ class Search:
             wanted = self._pose(carry, place)
             ticks = _SWITCH_TICKS + self._way(carry, node.states[carry.edge.child][carry.follow], place)
             step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks)
-            out.append(self._child(node, step, states))
+            out += self._child(node, step, states)
         return out
 
     def _driven(self, layer: Sequence[Node]) -> list[Node]:
-        rows = [(n, d) for n in layer if n.held is None for d in self.drives]
-        results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self._stop)
+        rows = [(n, d) for n in layer if n.held is None for d in self.macros.drives]
+        results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.macros.borders)
         self.rollouts += len(rows)
         out = []
         for (node, drive), outcomes in zip(rows, results, strict=True):
             for outcome in outcomes:
-                if outcome.lost is None:
-                    out.append(self._child(node, self._step(node, drive, outcome), outcome.states))
+                if outcome.lost is not None:
+                    self.nearest.note_blocked(drive.chain, drive.variable, outcome.lost, outcome.margin)
+                else:
+                    out += self._child(node, self._step(node, drive, outcome), outcome.states)
         return out
 
     def _step(self, node: Node, drive: Drive, outcome: Outcome) -> PlanStep:
         target = drive.chain[-1].child
         name = self.model.graph.objects[target].observable.names[drive.variable]
         until = (target, name, drive.direction, outcome.end)
+        if drive.motion is not None:
+            return self._moving(node, drive, outcome, until)
         wanted, before, after, ticks = {}, {}, {}, _SWITCH_TICKS + outcome.ticks
         if drive.carry is not None:
             obj, part = drive.carry.edge.child, drive.carry.follow
@@ -212,12 +216,33 @@ class Search:
         hold = drive.hold[self.model.graph.root]
         return PlanStep(drive.chain, wanted, until, hold, before, after, predicted=outcome.states, ticks=ticks)
 
-    def _child(self, node: Node, step: PlanStep, states: Batch) -> Node:
+    def _moving(self, node: Node, drive: Drive, outcome: Outcome, until: tuple[str, str, int, float]) -> PlanStep:
+        """A step by motion; where it ends at a condition, what that is about is watched, however far down the chain."""
+        graph, chain = self.model.graph, drive.chain
+        if outcome.met is not None:
+            c = self.surer[outcome.met]
+            end = float(value_of(c, outcome.states, graph))
+            sign = 1 if end >= float(value_of(c, node.states, graph)) else -1
+            for more in nx.all_simple_paths(graph.digraph, chain[-1].child, c.object):
+                chain = (*chain, *(Interaction(a, b) for a, b in zip(more[:-1], more[1:], strict=True)))
+                until = (c.object, c.variable, sign, end)
+                break
+        ticks = _SWITCH_TICKS + outcome.ticks
+        wanted = {until[:2]: until[3]}
+        return PlanStep(chain, wanted, until, predicted=outcome.states, ticks=ticks, motion=drive.motion)
+
+    def _child(self, node: Node, step: PlanStep, states: Batch) -> list[Node]:
+        """The node that a step leads to, if it is not known to fail."""
+        failures = self.record.failures(step, node.states)
+        if failures > MOST_VARIANTS:
+            return []
+        if failures:
+            step = replace(step, variant=failures, ticks=expected_ticks(step.ticks, failures))
         unmet = unmet_conditions(self.surer, states, self.model)
         steps, ticks = (*node.steps, step), node.ticks + step.ticks
         child = Node(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet))
         self.nearest.note(child.states, child.unmet, step.chain[-1])
-        return child
+        return [child]
 
     def _pose(self, carry: Carry, values: FloatArray) -> dict[tuple[str, str], float]:
         obj = carry.edge.child
@@ -227,7 +252,3 @@ class Search:
     def _way(self, carry: Carry, start: FloatArray, end: FloatArray) -> int:
         limit = np.maximum(self.model.step_limit[carry.edge.child][carry.follow], 1e-9)
         return int(np.ceil(np.max(np.abs(end - start) / limit)))
-
-    def _stop(self, batch: Batch) -> BoolArray:
-        met = [gap(c, value_of(c, batch, self.model.graph)) == 0 for c in self.surer]
-        return np.stack(met, axis=1) if met else np.zeros((len(batch[self.model.graph.root]), 0), dtype=bool)

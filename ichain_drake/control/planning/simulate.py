@@ -2,41 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ichain_drake.control.planning.borders import Border
+from ichain_drake.control.planning.drive_run import Run
 from ichain_drake.control.planning.macros import Drive
 from ichain_drake.control.planning.model import (
     Batch,
     BoolArray,
     GraphModel,
-    conserved,
     is_change,
-    keeps,
     row,
-    span,
-    stack,
-    take,
 )
-from ichain_drake.control.planning.plan import States
+from ichain_drake.control.planning.motion_run import MotionRun
+from ichain_drake.control.planning.plan import Condition, States
+from ichain_drake.control.planning.stops import Stop, find_stops
+from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
-from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
-IntArray = NDArray[np.intp]
-Stop = Callable[[Batch], BoolArray]
-"""Which rows of a batch are in a state to stop at, shape (n, n_conditions)."""
-
 _SETTLE_TICKS = 3
-_RECHECK = 6  # steps after which interactions are classified anew
-_MOST_STEPS = 400
-_LEAP = 0.02  # of the demonstrated range: slow drives take several ticks in one step of at most this change
-_MOST_LEAP = 12  # ticks
-_STILL = 0.08  # of the drive's rate: slower than this it has stopped changing
-_WINDOW = 8  # ticks
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,12 +36,16 @@ class Outcome:
         end: value of the driven variable at which the drive stops.
         ticks: from the drive's beginning on.
         lost: the interaction of the chain that was or became inactive, if it did not drive at all.
+        met: index of the condition for which it stops, if there is one.
+        margin: decision value of the interaction that was lost.
     """
 
     states: Batch
     end: float
     ticks: int
     lost: Interaction | None = None
+    met: int | None = None
+    margin: float = 0.0
 
 
 def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, dict[Interaction, BoolArray]]:
@@ -75,196 +67,58 @@ def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, 
 
 
 def simulate(
-    model: GraphModel, rows: Sequence[tuple[States, Drive]], parked: FloatArray, stop: Stop
+    model: GraphModel,
+    rows: Sequence[tuple[States, Drive]],
+    parked: FloatArray,
+    conditions: Sequence[Condition],
+    borders: Sequence[Border] = (),
 ) -> list[list[Outcome]]:
-    """Drive each row until its variable stops changing, and also stop where a goal condition begins to hold.
+    """Drive each row until its variable stops changing; also stop where a condition or an interaction's chance begins.
 
     Args:
         model: the learned graph.
         rows: start states with the robot away, and the drive.
         parked: state of the robot once it lets go, shape (n_root,).
-        stop: conditions at which a drive may end early.
+        conditions: of the goal, at which a drive may end early.
+        borders: values at which it may end early.
 
     Returns:
         Outcomes of each row: that of the full drive last. A row whose chain can't be active has one outcome that
         names the interaction.
     """
-    if not rows:
-        return []
-    run = _Run(model, rows)
-    run.drive()
-    picks = run.stops(stop)
-    ends = take_each([run.history[t] for t, _ in picks], [r for _, r in picks], model)
-    ends = run.undo(ends, [r for _, r in picks])
-    settled, _ = settle(model, ends, parked)
     out: list[list[Outcome]] = [[] for _ in rows]
-    for k, (t, r) in enumerate(picks):
-        drive = rows[r][1]
-        value = float(run.history[t][drive.chain[-1].child][r, drive.variable])
-        ticks = int(run.ticks_at[t][r] + run.ramp[r])
-        out[r].append(Outcome(row(settled, k), value, ticks, run.lost[r]))
+    for kind in (Run, MotionRun):
+        mine = [r for r, (_, d) in enumerate(rows) if (d.motion is None) == (kind is Run)]
+        if mine:
+            run = kind(model, [rows[r] for r in mine], parked)
+            for r, outcomes in zip(mine, _outcomes(run, conditions, borders), strict=True):
+                out[r] = outcomes
     return out
 
 
-def take_each(batches: Sequence[Batch], rows: Sequence[int], model: GraphModel) -> Batch:
-    """One row of each of several batches."""
-    return {n: np.array([b[n][r] for b, r in zip(batches, rows, strict=True)]) for n in model.graph.objects}
+def _outcomes(run: Run, conditions: Sequence[Condition], borders: Sequence[Border]) -> list[list[Outcome]]:
+    run.drive()
+    stops = find_stops(run, conditions, borders)
+    ends = _states_at(run, stops)
+    settled, _ = settle(run.model, run.undo(ends, [s.row for s in stops]), run.parked)
+    out: list[list[Outcome]] = [[] for _ in run.rows]
+    for k, s in enumerate(stops):
+        drive = run.rows[s.row][1]
+        value = float(ends[drive.chain[-1].child][k, drive.variable])
+        ticks = int(run.ticks_at[s.step][s.row] + run.ramp[s.row])
+        lost = run.lost[s.row]
+        margin = 0.0 if lost is None else float(run.model.decide(lost, row(ends, k)))
+        out[s.row].append(Outcome(row(settled, k), value, ticks, lost, s.condition, margin))
+    return out
 
 
-class _Run:
-    """One batch of drives."""
-
-    def __init__(self, model: GraphModel, rows: Sequence[tuple[States, Drive]]) -> None:
-        self.model, self.rows = model, rows
-        self.drives = [d for _, d in rows]
-        self.root = model.graph.root
-        self.n = len(rows)
-        self.hold = np.array([d.hold[self.root] for d in self.drives])
-        self.first = np.array([d.before[self.root] for d in self.drives])
-        limit = np.maximum(model.step_limit[self.root], 1e-9)
-        self.ramp = np.ceil(np.max(np.abs(self.hold - self.first) / limit, axis=1) - 1e-6).astype(int)
-        self.start = stack([s for s, _ in rows])
-        self.now = self._placed()
-        self.history: list[Batch] = [self.now]
-        self.ticks_at: list[IntArray] = [np.zeros(self.n, dtype=np.intp)]
-        self.last = np.zeros(self.n, dtype=np.intp)  # step at which each row ended
-        self.lost: list[Interaction | None] = [None] * self.n
-        self.fixed = {n: ~keeps(model, n) for n in model.passive}
-        self.rate = np.array([d.rate for d in self.drives])
-        self.amounts = conserved(model)
-
-    def _placed(self) -> Batch:
-        """Carried objects where the drive begins, the robot as in the sample."""
-        now = {n: v.copy() for n, v in self.start.items()}
-        now[self.root] = self.first.copy()
-        for r, d in enumerate(self.drives):
-            if d.carry is not None:
-                obj, part = d.carry.edge.child, d.carry.follow
-                now[obj][r, part] = d.before[obj][part]
-        return now
-
-    def value(self, batch: Batch) -> FloatArray:
-        """The driven variables, shape (n,)."""
-        return np.array([batch[d.chain[-1].child][r, d.variable] for r, d in enumerate(self.drives)])
-
-    def drive(self) -> None:
-        """Ramp the robot to the driving sample, then hold until nothing changes any more."""
-        going = np.ones(self.n, dtype=bool)
-        status: dict[Interaction, BoolArray] = {}
-        values = [self.value(self.now)]
-        begin = int(self.ramp.max()) + max(len(d.chain) for d in self.drives)
-        for step in range(_MOST_STEPS):
-            share = np.clip((step + 1) / np.maximum(self.ramp, 1), 0.0, 1.0)[:, None]
-            root = self.first + share * (self.hold - self.first)
-            hot = np.flatnonzero(going)
-            classify = step < begin or step % _RECHECK == 0
-            forced = None if classify else {e: a[hot] for e, a in status.items()}
-            ahead, found = self.model.step(take(self.now, hot), root[hot], forced, strict=False)
-            if classify:
-                status = {e: np.zeros(self.n, dtype=bool) for e in found}
-                for e, a in found.items():
-                    status[e][hot] = a
-            leap = np.ones(self.n, dtype=np.intp)
-            if step >= begin:
-                leap[hot] = self._leap(take(self.now, hot), ahead)
-            after = {n: v.copy() for n, v in self.now.items()}
-            for n, v in ahead.items():
-                after[n][hot] = v
-                if n != self.root:
-                    part = ~self.fixed[n]
-                    delta = v[:, part] - self.now[n][hot][:, part]
-                    after[n][np.ix_(hot, part)] = self.now[n][hot][:, part] + leap[hot, None] * delta
-            self._conserve(after)
-            self.now = after
-            self.history.append(after)
-            ticks = self.ticks_at[-1] + np.where(going, leap, 0)
-            self.ticks_at.append(ticks)
-            values.append(self.value(after))
-            self.last[going] = step + 1
-            if step >= begin - 1 and classify:
-                going &= self._check(status, step, begin)
-            if step >= begin + 2:
-                going &= self._moving(values, ticks, begin)
-            if not going.any():
-                break
-
-    def _conserve(self, after: Batch) -> None:
-        """No drive makes more of a conserved quantity than there was: what was gained is cut back, in place."""
-        if not enabled("conserve"):
-            return
-        for group in self.amounts:
-            had = sum(self.start[n][:, i] for n, i in group)
-            gains = [np.maximum(after[n][:, i] - self.start[n][:, i], 0.0) for n, i in group]
-            excess = np.maximum(sum(after[n][:, i] for n, i in group) - had, 0.0)
-            share = excess / np.maximum(sum(gains), 1e-12)
-            for (n, i), gain in zip(group, gains, strict=True):
-                after[n][:, i] -= np.minimum(share, 1.0) * gain
-
-    def _leap(self, before: Batch, after: Batch) -> IntArray:
-        """How many ticks each row may take at once: while changes are small and no bound is near."""
-        most = np.full(len(before[self.root]), float(_MOST_LEAP))
-        for n in self.model.passive:
-            part = np.flatnonzero(~self.fixed[n])
-            delta = (after[n] - before[n])[:, part]
-            size = np.maximum(np.abs(delta), 1e-12)
-            most = np.minimum(most, (_LEAP * span(self.model, n)[part] / size).min(axis=1, initial=np.inf))
-            space = self.model.graph.objects[n].observable
-            room = np.where(delta > 0, space.upper[part] - before[n][:, part], before[n][:, part] - space.lower[part])
-            moving = size > 1e-9
-            most = np.minimum(most, np.where(moving, room / size, np.inf).min(axis=1, initial=np.inf))
-        return np.maximum(most, 1.0).astype(np.intp)
-
-    def _check(self, status: dict[Interaction, BoolArray], step: int, begin: int) -> BoolArray:
-        """Rows whose whole chain is active; the first inactive edge of the others is noted if they never drove."""
-        out = np.ones(self.n, dtype=bool)
-        for r, d in enumerate(self.drives):
-            off = [e for e in d.chain if not status[e][r]]
-            if off:
-                out[r] = False
-                if step == begin - 1 and self.lost[r] is None and self.last[r] == step + 1:
-                    self.lost[r] = off[0]
-        return out
-
-    def _moving(self, values: list[FloatArray], ticks: IntArray, begin: int) -> BoolArray:
-        """Rows whose driven variable still changes."""
-        out = np.ones(self.n, dtype=bool)
-        for r, d in enumerate(self.drives):
-            back = max(
-                begin, next((k for k in range(len(values) - 1, 0, -1) if ticks[r] - self.ticks_at[k][r] >= _WINDOW), 0)
-            )
-            passed = ticks[r] - self.ticks_at[back][r]
-            if passed >= _WINDOW:
-                change = d.direction * (values[-1][r] - values[back][r])
-                out[r] = change > _STILL * self.rate[r] * passed
-        return out
-
-    def stops(self, stop: Stop) -> list[tuple[int, int]]:
-        """(step, row) of all ends: where a condition begins to hold, and the full drive last."""
-        met = np.array([stop(b) for b in self.history])
-        out = []
-        for r in range(self.n):
-            early = set()
-            for c in range(met.shape[2]):
-                column = met[: self.last[r], r, c]
-                if self.lost[r] is None and len(column) and not column[0] and column.any():
-                    early.add(int(np.argmax(column)))
-            out += [(t, r) for t in sorted(early)]
-            out.append((int(self.last[r]), r))
-        return out
-
-    def undo(self, ends: Batch, rows: Sequence[int]) -> Batch:
-        """Robot and carried objects back to where the drive began, then these to where they were before."""
-        pick = np.array(rows, dtype=np.intp)
-        out = {n: v.copy() for n, v in ends.items()}
-        for step in range(int(self.ramp[pick].max(initial=0))):
-            on = np.flatnonzero(self.ramp[pick] > step)
-            share = ((step + 1) / self.ramp[pick[on]])[:, None]
-            back = self.hold[pick[on]] + share * (self.first[pick[on]] - self.hold[pick[on]])
-            now, _ = self.model.step(take(out, on), back, strict=False)
-            for n, v in now.items():
-                out[n][on] = v
-        for k, r in enumerate(rows):
-            carry = self.drives[r].carry
-            if carry is not None:
-                out[carry.edge.child][k, carry.follow] = self.start[carry.edge.child][r, carry.follow]
-        return out
+def _states_at(run: Run, stops: Sequence[Stop]) -> Batch:
+    """States at the stops; between two steps where a value was passed between them."""
+    out = {}
+    for n, space in run.model.graph.objects.items():
+        after = np.array([run.history[s.step][n][s.row] for s in stops])
+        before = np.array([run.history[max(s.step - 1, 0)][n][s.row] for s in stops])
+        share = np.array([s.share for s in stops])[:, None]
+        between = before + share * space.observable.difference(after, before)
+        out[n] = np.where((share < 1.0) & ~jumping(space.observable), between, after)
+    return out

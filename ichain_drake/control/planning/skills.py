@@ -42,7 +42,15 @@ class Skills:
     deactivations: Mapping[Interaction, tuple[SwitchingWindow, ...]]
     own: Mapping[tuple[Interaction, bool], SkillFunction] = field(default_factory=dict)
 
-    def path(self, model: GraphModel, edge: Interaction, activate: bool, states: States, attempt: int) -> FloatArray:
+    def path(
+        self,
+        model: GraphModel,
+        edge: Interaction,
+        activate: bool,
+        states: States,
+        attempt: int,
+        prefer: FloatArray | None = None,
+    ) -> FloatArray:
         """Robot states to pass, shape (n, n_root), that should switch an interaction.
 
         Args:
@@ -51,6 +59,7 @@ class Skills:
             activate: or deactivate.
             states: now, shape (n_variables,) each; the robot's is its last command.
             attempt: number of the attempt, from 0; each takes another event.
+            prefer: robot state in which the object should be taken, shape (n_root,); None for any.
 
         Raises:
             InputError: if no such event was demonstrated and no function is given.
@@ -64,7 +73,7 @@ class Skills:
                 f"{edge.name}: it is {what} in no demonstration; add a piece, or give a function as a skill"
             )
         paths = [_moved(model, edge, w, states, activate) for w in windows]
-        order = _ranking(model, edge, windows, paths, states, activate)
+        order = _ranking(model, edge, windows, paths, states, activate, prefer)
         return paths[order[_spread(attempt, len(order))]]
 
 
@@ -146,8 +155,9 @@ def _ranking(
     paths: Sequence[FloatArray],
     states: States,
     activate: bool,
+    prefer: FloatArray | None = None,
 ) -> list[int]:
-    """Events in order of how sure the classifier is that the wanted status results."""
+    """Events in order of how sure the classifier is that the wanted status results, or of how near it leads."""
     root = model.graph.root
     ends = np.array([p[-1] for p in paths])
     batch = {n: np.repeat(np.asarray(states[n], dtype=float)[None], len(ends), axis=0) for n in model.graph.objects}
@@ -160,4 +170,8 @@ def _ranking(
     # An object that has to be switched (a level) is not yet so: the demonstrated one right after the event counts too.
     low, high = model.low[root], model.high[root]
     outside = ((ends < low - 1e-9) | (ends > high + 1e-9)).sum(axis=1)
+    if prefer is not None:
+        space = model.graph.objects[root].observable
+        off = np.abs(space.difference(batch[root], prefer)) / np.maximum(model.step_limit[root], 1e-9)
+        return [int(k) for k in np.lexsort((off[:, ~jumping(space)].max(axis=1), outside, sure < 0.0))]
     return [int(k) for k in np.lexsort((-sure, outside))]

@@ -90,6 +90,22 @@ def resting_states(model: GraphModel) -> list[FloatArray]:
     return [rows[k] for k in np.linspace(0, len(rows) - 1, min(len(rows), 200)).round().astype(int)]
 
 
+def parked_state(model: GraphModel, states: States) -> FloatArray:
+    """A demonstrated state of the robot in which it acts on nothing, as surely as possible, shape (n_root,).
+
+    Args:
+        model: the learned graph.
+        states: of the other objects, shape (n_variables,) each.
+    """
+    root = model.graph.root
+    mine = [e for e in model.graph.interactions if e.parent == root]
+    rows = np.concatenate([model.edges[e].examples.deactivations.after[root] for e in mine])
+    batch = {n: np.repeat(np.asarray(v, dtype=float)[None], len(rows), axis=0) for n, v in states.items()}
+    batch[root] = rows
+    surest = np.max([model.decide(e, batch) for e in mine], axis=0)
+    return rows[int(np.argmin(surest))]
+
+
 def _switches(
     model: GraphModel,
     edges: Sequence[Interaction],

@@ -13,7 +13,8 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
-from ichain_drake.control.planning.format import counted
+from ichain_drake.control.planning.contradictions import Contradiction
+from ichain_drake.control.planning.format import count
 from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.goals import gap, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
@@ -249,13 +250,15 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
     assert run.goal is not None
     world, prepare = run.scenario.make_world(run.number)
 
-    def planned(now: States, goal: Goal, cautious: Collection[Interaction] = ()) -> Plan | NoPlan:
+    def planned(
+        now: States, goal: Goal, cautious: Collection[Interaction], contradictions: Sequence[Contradiction]
+    ) -> Plan | NoPlan:
         began = time.process_time()
-        found = knowledge.planner.plan(now, goal, cautious)
+        found = knowledge.planner.plan(now, goal, cautious, contradictions)
         run.plan_seconds += time.process_time() - began
         if run.plan is None:
             run.plan = found
-        say("no plan" if isinstance(found, NoPlan) else f"executing {counted(found)}")
+        say("no plan" if isinstance(found, NoPlan) else f"executing {count(found)}")
         return found
 
     motion = run.scenario.make_motion() if isinstance(run.scenario, PlansMotion) else None

@@ -1,0 +1,93 @@
+"""What executions contradicted: an option that failed where it was predicted to work is less likely to work there.
+
+An option is a chain with what it drives or where it carries its object; where it failed is the state it began in.
+With a flat prior on the probability p that it works in that region, n failures make the mean of p 1 / (n + 2): the
+expected time of an option is its time over p, and each failure makes the next try another one (another demonstrated
+grasp, another way of holding). So no plan is ever repeated as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.plan import PlanStep, States
+from ichain_drake.control.planning.travel import jumping
+from ichain_drake.graph import Interaction
+
+MOST_VARIANTS = 3
+"""Failures of an option in a region after which it is not tried again: each was another way of doing it."""
+_REGION = 0.05  # of the demonstrated range, in each variable: as far as a carried object's place is watched
+_NOISES = 5.0  # at least
+
+
+@dataclass(frozen=True, eq=False)
+class Contradiction:
+    """A step that did not do what was predicted.
+
+    Attributes:
+        step: of a plan.
+        began: states in which it began, shape (n_variables,) each.
+    """
+
+    step: PlanStep
+    began: States
+
+
+class Record:
+    """All contradictions of an execution, asked about options.
+
+    Args:
+        model: the learned graph.
+        contradictions: so far.
+    """
+
+    def __init__(self, model: GraphModel, contradictions: Sequence[Contradiction] = ()) -> None:
+        self._model, self._all = model, tuple(contradictions)
+
+    def failures(self, step: PlanStep, states: States) -> int:
+        """How often an option failed in states like these.
+
+        Args:
+            step: the option.
+            states: in which it is to begin, shape (n_variables,) each.
+        """
+        return sum(self._same(c.step, step) and self._alike(c, states) for c in self._all)
+
+    def _same(self, one: PlanStep, other: PlanStep) -> bool:
+        if one.chain != other.chain or (one.until is None) != (other.until is None):
+            return False
+        if one.until is not None and other.until is not None:
+            return one.until[:3] == other.until[:3]
+        return one.wanted.keys() == other.wanted.keys() and all(
+            abs(one.wanted[k] - other.wanted[k]) <= self._width(k[0])[self._index(*k)] for k in one.wanted
+        )
+
+    def _alike(self, past: Contradiction, states: States) -> bool:
+        """Whether all that the chain's interactions may depend on is where it was, but the robot."""
+        for name in _around(self._model, past.step.chain):
+            space = self._model.graph.objects[name].observable
+            off = np.abs(space.difference(states[name], past.began[name]))
+            if (off > np.where(jumping(space), 0.0, self._width(name))).any():
+                return False
+        return True
+
+    def _width(self, name: str) -> np.ndarray:
+        return np.maximum(_REGION * span(self._model, name), _NOISES * self._model.noise[name])
+
+    def _index(self, obj: str, variable: str) -> int:
+        return self._model.graph.objects[obj].observable.index(variable)
+
+
+def expected_ticks(ticks: int, failures: int) -> int:
+    """Time that an option takes until it works, after some failures in the region, relative to one without."""
+    return int(np.ceil(0.5 * ticks * (failures + 2)))
+
+
+def _around(model: GraphModel, chain: Sequence[Interaction]) -> list[str]:
+    """Objects of a chain and all others that act on them, but the robot."""
+    names = {n for e in chain for n in (e.child, *model.graph.parents(e.child))}
+    return sorted(names - {model.graph.root})

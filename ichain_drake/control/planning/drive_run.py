@@ -1,0 +1,188 @@
+"""Prediction of many drives at once, the robot held still: one row costs as much as a hundred."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ichain_drake.control.planning.macros import Drive
+from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel, conserved, keeps, span, stack, take
+from ichain_drake.control.planning.motion import IntArray
+from ichain_drake.control.planning.plan import States
+from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
+from ichain_drake.state import FloatArray
+
+_RECHECK = 6  # steps after which interactions are classified anew
+_MOST_STEPS = 400
+_LEAP = 0.02  # of the demonstrated range: slow drives take several ticks in one step of at most this change
+_MOST_LEAP = 12  # ticks
+_STILL = 0.08  # of the drive's rate: slower than this it has stopped changing
+_WINDOW = 8  # ticks
+
+
+class Run:
+    """One batch of drives with the robot held still.
+
+    Args:
+        model: the learned graph.
+        rows: start states with the robot away, and the drive.
+        parked: state of the robot in which it acts on nothing, shape (n_root,).
+    """
+
+    window = _WINDOW
+
+    def __init__(self, model: GraphModel, rows: Sequence[tuple[States, Drive]], parked: FloatArray) -> None:
+        self.model, self.rows, self.parked = model, rows, parked
+        self.drives = [d for _, d in rows]
+        self.root = model.graph.root
+        self.n = len(rows)
+        self.hold = np.array([d.hold[self.root] for d in self.drives])
+        self.first = np.array([d.before[self.root] for d in self.drives])
+        limit = np.maximum(model.step_limit[self.root], 1e-9)
+        self.ramp = np.ceil(np.max(np.abs(self.hold - self.first) / limit, axis=1) - 1e-6).astype(int)
+        self.start = stack([s for s, _ in rows])
+        self.now = self._placed()
+        self.history: list[Batch] = [self.now]
+        self.ticks_at: list[IntArray] = [np.zeros(self.n, dtype=np.intp)]
+        self.last = np.zeros(self.n, dtype=np.intp)  # step at which each row ended
+        self.lost: list[Interaction | None] = [None] * self.n
+        self.fixed = {n: ~keeps(model, n) for n in model.passive}
+        self.rate = np.array([d.rate for d in self.drives])
+        self.amounts = conserved(model)
+
+    def _placed(self) -> Batch:
+        """Carried objects where the drive begins, the robot as in the sample."""
+        now = {n: v.copy() for n, v in self.start.items()}
+        now[self.root] = self.first.copy()
+        for r, d in enumerate(self.drives):
+            if d.carry is not None:
+                obj, part = d.carry.edge.child, d.carry.follow
+                now[obj][r, part] = d.before[obj][part]
+        return now
+
+    def value(self, batch: Batch) -> FloatArray:
+        """The driven variables, shape (n,)."""
+        return np.array([batch[d.chain[-1].child][r, d.variable] for r, d in enumerate(self.drives)])
+
+    def drive(self) -> None:
+        """Ramp the robot to the driving sample, then hold until nothing changes any more."""
+        going = np.ones(self.n, dtype=bool)
+        status: dict[Interaction, BoolArray] = {}
+        values = [self.value(self.now)]
+        begin = int(self.ramp.max()) + max(len(d.chain) for d in self.drives)
+        for step in range(_MOST_STEPS):
+            hot = np.flatnonzero(going)
+            root = self.robot(step)
+            classify = step < begin or self.rechecks(step)
+            forced = None if classify else {e: a[hot] for e, a in status.items()}
+            ahead, found = self.model.step(take(self.now, hot), root[hot], forced, strict=False)
+            if classify:
+                status = {e: np.zeros(self.n, dtype=bool) for e in found}
+                for e, a in found.items():
+                    status[e][hot] = a
+            leap = np.ones(self.n, dtype=np.intp)
+            if step >= begin:
+                leap[hot] = self.leap(take(self.now, hot), ahead)
+            after = {n: v.copy() for n, v in self.now.items()}
+            for n, v in ahead.items():
+                after[n][hot] = v
+                if n != self.root:
+                    part = ~self.fixed[n]
+                    delta = v[:, part] - self.now[n][hot][:, part]
+                    after[n][np.ix_(hot, part)] = self.now[n][hot][:, part] + leap[hot, None] * delta
+            self._conserve(after)
+            self.now = after
+            self.history.append(after)
+            ticks = self.ticks_at[-1] + np.where(going, leap + self.pauses(), 0)
+            self.ticks_at.append(ticks)
+            values.append(self.value(after))
+            self.last[going] = step + 1
+            if step >= begin - 1 and classify:
+                going &= self.check(status, step, begin)
+            if step >= begin + 2:
+                going &= self._moving(values, ticks, begin)
+            if not going.any():
+                break
+
+    def robot(self, step: int) -> FloatArray:
+        """State of the robot at the end of a step, shape (n, n_root)."""
+        share = np.clip((step + 1) / np.maximum(self.ramp, 1), 0.0, 1.0)[:, None]
+        return self.first + share * (self.hold - self.first)
+
+    def rechecks(self, step: int) -> bool:
+        """Whether interactions are classified anew in a step."""
+        return step % _RECHECK == 0
+
+    def pauses(self) -> IntArray | int:
+        """Ticks that the robot needed in the last step beside the step's own, shape (n,)."""
+        return 0
+
+    def _conserve(self, after: Batch) -> None:
+        """No drive makes more of a conserved quantity than there was: what was gained is cut back, in place."""
+        if not enabled("conserve"):
+            return
+        for group in self.amounts:
+            had = sum(self.start[n][:, i] for n, i in group)
+            gains = [np.maximum(after[n][:, i] - self.start[n][:, i], 0.0) for n, i in group]
+            excess = np.maximum(sum(after[n][:, i] for n, i in group) - had, 0.0)
+            share = excess / np.maximum(sum(gains), 1e-12)
+            for (n, i), gain in zip(group, gains, strict=True):
+                after[n][:, i] -= np.minimum(share, 1.0) * gain
+
+    def leap(self, before: Batch, after: Batch) -> IntArray:
+        """How many ticks each row may take at once: while changes are small and no bound is near."""
+        most = np.full(len(before[self.root]), float(_MOST_LEAP))
+        for n in self.model.passive:
+            part = np.flatnonzero(~self.fixed[n])
+            delta = (after[n] - before[n])[:, part]
+            size = np.maximum(np.abs(delta), 1e-12)
+            most = np.minimum(most, (_LEAP * span(self.model, n)[part] / size).min(axis=1, initial=np.inf))
+            space = self.model.graph.objects[n].observable
+            room = np.where(delta > 0, space.upper[part] - before[n][:, part], before[n][:, part] - space.lower[part])
+            moving = size > 1e-9
+            most = np.minimum(most, np.where(moving, room / size, np.inf).min(axis=1, initial=np.inf))
+        return np.maximum(most, 1.0).astype(np.intp)
+
+    def check(self, status: dict[Interaction, BoolArray], step: int, begin: int) -> BoolArray:
+        """Rows whose whole chain is active; the first inactive edge of the others is noted if they never drove."""
+        out = np.ones(self.n, dtype=bool)
+        for r, d in enumerate(self.drives):
+            off = [e for e in d.chain if not status[e][r]]
+            if off:
+                out[r] = False
+                if step == begin - 1 and self.lost[r] is None and self.last[r] == step + 1:
+                    self.lost[r] = off[0]
+        return out
+
+    def _moving(self, values: list[FloatArray], ticks: IntArray, begin: int) -> BoolArray:
+        """Rows whose driven variable still changes."""
+        out = np.ones(self.n, dtype=bool)
+        for r, d in enumerate(self.drives):
+            back = max(
+                begin,
+                next((k for k in range(len(values) - 1, 0, -1) if ticks[r] - self.ticks_at[k][r] >= self.window), 0),
+            )
+            passed = ticks[r] - self.ticks_at[back][r]
+            if passed >= self.window:
+                change = d.direction * (values[-1][r] - values[back][r])
+                out[r] = change > _STILL * self.rate[r] * passed
+        return out
+
+    def undo(self, ends: Batch, rows: Sequence[int]) -> Batch:
+        """Robot and carried objects back to where the drive began, then these to where they were before."""
+        pick = np.array(rows, dtype=np.intp)
+        out = {n: v.copy() for n, v in ends.items()}
+        for step in range(int(self.ramp[pick].max(initial=0))):
+            on = np.flatnonzero(self.ramp[pick] > step)
+            share = ((step + 1) / self.ramp[pick[on]])[:, None]
+            back = self.hold[pick[on]] + share * (self.first[pick[on]] - self.hold[pick[on]])
+            now, _ = self.model.step(take(out, on), back, strict=False)
+            for n, v in now.items():
+                out[n][on] = v
+        for k, r in enumerate(rows):
+            carry = self.drives[r].carry
+            if carry is not None:
+                out[carry.edge.child][k, carry.follow] = self.start[carry.edge.child][r, carry.follow]
+        return out

@@ -1,0 +1,105 @@
+"""Drives by motion, found in the learned models: chains whose last object changes only while the robot moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ichain_drake.control.planning.macros import LEAST_CHANGE, NOISES, Carry, Drive, chains
+from ichain_drake.control.planning.model import Batch, GraphModel, is_change, keeps, row, span, take
+from ichain_drake.control.planning.motion_links import Links, best_motion, link, run_on, thinned
+from ichain_drake.control.planning.travel import jumping, parked_state
+from ichain_drake.graph import Interaction
+
+_TICKS = 60  # of a motion, to see how fast it drives: several strokes, with a new grasp between them
+_PROBES = 40  # demonstrated states in which a push of the robot is tried
+_PUSH = 0.5  # of its largest step
+
+
+def find_motion_drives(model: GraphModel, carries: Sequence[Carry], drives: Sequence[Drive]) -> tuple[Drive, ...]:
+    """Drives by motion, of variables that no drive changes with the robot held still.
+
+    A chain that goes on where a shorter one is driven needs none: what follows from the driven variable follows. What
+    is carried needs none of its own but to be turned further than one grasp lets it be.
+
+    Args:
+        model: the learned graph.
+        carries: objects that the robot can carry.
+        drives: that hold the robot still.
+    """
+    still = {(d.chain[0], d.chain[-1].child, d.variable) for d in drives}
+    follow = {(c.edge.child, int(i)) for c in carries for i in c.follow}
+    found: list[Drive] = []
+    nodes: dict[Interaction, Batch] = {}
+    for chain in chains(model):
+        target = chain[-1].child
+        if any(d.chain == chain[: len(d.chain)] and len(d.chain) > 1 for d in found):
+            continue
+        usable = keeps(model, target) & ~is_change(model, target)
+        usable &= np.array([any(f.variable == v for f in model.edges[chain[-1]].effects) for v in range(len(usable))])
+        turned = len(chain) == 1 and any(obj == target for obj, _ in follow)
+        usable &= np.array([((target, v) in follow) == turned for v in range(len(usable))])
+        if turned:
+            usable[model.graph.objects[target].observable.role_indices("position")] = False
+        usable &= np.array([(chain[0], target, v) not in still for v in range(len(usable))])
+        context = _context(model, chain, np.flatnonzero(usable))
+        if context is None:
+            continue
+        if chain[0] not in nodes:
+            nodes[chain[0]] = thinned(model, chain[0])
+        links = _linked(model, chain[0], nodes[chain[0]], context)
+        for v in np.flatnonzero(usable):
+            for direction in (1, -1):
+                found += _drive(model, chain, links, context, int(v), direction)
+    return tuple(found)
+
+
+def _linked(model: GraphModel, edge: Interaction, nodes: Batch, context: Batch) -> Links:
+    """Links between demonstrated states, all other objects as in one of them."""
+    n = len(nodes[edge.child])
+    states = {k: np.repeat(v[None], n, axis=0) for k, v in context.items()}
+    states |= {k: nodes[k] for k in (edge.parent, edge.child)}
+    return link(model, edge, states, parked_state(model, context))
+
+
+def _drive(
+    model: GraphModel, chain: tuple[Interaction, ...], links: Links, context: Batch, variable: int, direction: int
+) -> list[Drive]:
+    target = chain[-1].child
+    motion, gains = best_motion(model, links, target, variable, direction)
+    total = run_on(motion, gains, _TICKS)
+    least = max(LEAST_CHANGE * float(span(model, target)[variable]), NOISES * float(model.noise[target][variable]))
+    if total.max(initial=0.0) < least or (len(chain) == 1 and not motion.again[motion.value > 0].any()):
+        return []
+    hold = {n: v.copy() for n, v in context.items()}
+    best = int(np.argmax(total))
+    hold |= {chain[0].parent: motion.robot[best].copy(), chain[0].child: motion.child[best].copy()}
+    return [Drive(chain, variable, direction, float(total.max()) / _TICKS, None, hold, hold, motion)]
+
+
+def _context(model: GraphModel, chain: tuple[Interaction, ...], usable: np.ndarray) -> Batch | None:
+    """A demonstrated state with a chain active in which pushes of the robot change a variable; None if there is none.
+
+    Of all of them that in which the variable is nearest to the middle of its range, so that it can go either way.
+    """
+    samples = dict(model.edges[chain[0]].examples.active)
+    rows = np.flatnonzero(np.all([model.decide(e, samples) >= 0.0 for e in chain], axis=0))
+    if not len(rows) or not len(usable):
+        return None
+    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), _PROBES)).round().astype(int)]
+    states, root, target = take(samples, rows), model.graph.root, chain[-1].child
+    still = model.step(states, states[root], strict=False)[0][target][:, usable]
+    moved = np.zeros_like(still)
+    for i in np.flatnonzero(~jumping(model.graph.objects[root].observable)):
+        for sign in (1.0, -1.0):
+            push = np.zeros(states[root].shape[1])
+            push[i] = sign * _PUSH * model.step_limit[root][i]
+            after = model.step(states, states[root] + push, strict=False)[0][target][:, usable]
+            moved = np.maximum(moved, np.abs(after - still))
+    clear = moved > np.maximum(NOISES * model.noise[target], 1e-3 * span(model, target))[usable]
+    if not clear.any():
+        return None
+    middle = 0.5 * (model.low[target] + model.high[target])[usable]
+    away = (np.abs(states[target][:, usable] - middle) / span(model, target)[usable]).max(axis=1)
+    return row(states, int(np.argmin(np.where(clear.any(axis=1), away, np.inf))))

@@ -1,0 +1,67 @@
+"""Everything that can be done with a learned graph: what a search chooses from."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+
+from ichain_drake.control.planning.borders import Border, find_borders
+from ichain_drake.control.planning.enabling import Enabling, find_enabling
+from ichain_drake.control.planning.macros import Carry, Drive, find_carries, find_drives
+from ichain_drake.control.planning.model import GraphModel
+from ichain_drake.control.planning.motion_drives import find_motion_drives
+from ichain_drake.control.planning.plan import Goal
+from ichain_drake.graph import Interaction
+
+
+@dataclass(frozen=True, eq=False)
+class Repertoire:
+    """What can be done.
+
+    Attributes:
+        carries: objects that the robot can bring somewhere.
+        drives: variables that can be driven through chains.
+        borders: values at which a drive may stop.
+        enabling: by the interaction that an object is carried by, where it makes which interaction possible.
+        names: of each object's variables.
+    """
+
+    carries: tuple[Carry, ...]
+    drives: tuple[Drive, ...]
+    borders: tuple[Border, ...]
+    enabling: Mapping[Interaction, tuple[Enabling, ...]]
+    names: Mapping[str, tuple[str, ...]]
+
+    def about(self, objects: Collection[str], goal: Goal) -> Repertoire:
+        """What concerns some objects only; turning an object on and on only where the goal is about that.
+
+        Args:
+            objects: names.
+            goal: what is wanted.
+        """
+        wanted = {(c.object, c.variable) for c in goal.conditions}
+        return replace(
+            self,
+            carries=tuple(c for c in self.carries if c.edge.child in objects),
+            drives=tuple(d for d in self.drives if d.chain[-1].child in objects and self._serves(d, wanted)),
+            borders=tuple(b for b in self.borders if b.object in objects),
+        )
+
+    def _serves(self, drive: Drive, wanted: Collection[tuple[str, str]]) -> bool:
+        name = self.names[drive.chain[-1].child][drive.variable]
+        return drive.motion is None or len(drive.chain) > 1 or (drive.chain[-1].child, name) in wanted
+
+    def movable(self, wanted: Collection[str]) -> tuple[Carry, ...]:
+        """What may be carried: not what drives something else by its motion, unless its own place is wanted."""
+        moving = {d.chain[0] for d in self.drives if d.motion is not None and len(d.chain) > 1}
+        return tuple(c for c in self.carries if c.edge not in moving or c.edge.child in wanted)
+
+
+def find_repertoire(model: GraphModel) -> Repertoire:
+    """All that can be done, from the learned models and demonstrated samples alone."""
+    carries = find_carries(model)
+    still = find_drives(model, carries)
+    drives = (*still, *find_motion_drives(model, carries, still))
+    enabling = {c.edge: find_enabling(model, c) for c in carries}
+    names = {n: s.observable.names for n, s in model.graph.objects.items()}
+    return Repertoire(carries, drives, find_borders(model, carries), enabling, names)
