@@ -10,7 +10,7 @@ from typing import Any
 
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
-from ichain_drake.cli.run import RunFiles, check_there
+from ichain_drake.cli.run import RunFiles, check_filled, check_there
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.plan import Plan
@@ -46,7 +46,10 @@ def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
 
 def _known(scenario: Any, library: Path | None) -> Knowledge | LibraryParts:
     """What the library knows of the scenario's graph: all of it, or each interaction that fits."""
-    return LibraryParts() if library is None else load_what_fits(library, scenario.name, scenario.graph)
+    if library is None:
+        return LibraryParts()
+    check_filled(library)
+    return load_what_fits(library, scenario.name, scenario.graph)
 
 
 def run_goal_scenario(

@@ -104,6 +104,18 @@ def check_there(demos: Path | None) -> None:
         raise InputError(f"{demos}: no such folder of demonstrations")
 
 
+def check_filled(library: Path) -> None:
+    """Refuse a library in which there is nothing: everything would be recorded and learned anew, unasked.
+
+    Raises:
+        InputError: if it is none, or empty.
+    """
+    from ichain_drake.learning.library.files import item_folders
+
+    if not item_folders(library):
+        raise InputError(f"{library}: holds no interactions; `ichain learn` makes a library, or leave --library out")
+
+
 def run_path_scenario(
     scenario: PathScenario,
     files: RunFiles,
@@ -134,13 +146,14 @@ def run_path_scenario(
     check_settings(scenario)
     check_there(demos)
     started = PathRun(scenario, chosen, smooth=smooth)
-    files.prepare()
     known, command = None, None
     if library is not None:
         from ichain_drake.learning.library import load_command, load_links
 
+        check_filled(library)
         command = load_command(library, scenario.graph, scenario.graph.chain(scenario.target))
         known = load_links(library, scenario.graph, scenario.graph.chain(scenario.target), scenario.target_variables)
+    files.prepare()
     interrupted, unreachable = False, None
     with (
         held(files.folder),

@@ -11,12 +11,12 @@ import numpy as np
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.fitted import Regression
 from ichain_drake.learning.effects.regression import choose_regression, instrumented
+from ichain_drake.learning.selection import by_part, clearly
 from ichain_drake.learning.spec import InteractionSpec
 from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 
 PassiveKind = Literal["hold", "constant", "learned", "change"]
 
-_CONSTANT = 0.35  # share of the error of holding below which the variable falls back to a constant instead
 _LEAST_ROWS = 5
 
 
@@ -92,13 +92,14 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
     role = space.variables[i].role
     if role is not None and role.kind == "change":
         return PassiveVariable("change", amount=space.index(role.of), std=float(noise[i]))
-    before, after, lagged, piece, row = [], [], [], [], []
+    before, after, quiet_piece, lagged, piece, row = [], [], [], [], [], []
     for k, p in enumerate(data.pieces):
         busy = np.any([p.flags[e] for e in data.incoming(obj)], axis=0)
         states = p.states[obj]
         quiet = np.flatnonzero(~busy[1:])
         before.append(states[quiet])
         after.append(states[quiet + 1])
+        quiet_piece.append(np.full(len(quiet), k))
         # With the reading before: the noise of a reading that also starts the change would look like a return to rest.
         quiet = np.flatnonzero(~busy[:-2] & ~busy[1:-1] & ~busy[2:])
         lagged.append((states[quiet], states[quiet + 1], states[quiet + 2]))
@@ -110,7 +111,10 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
     change = space.difference(end, start)[:, i]
     middle = float(np.median(end[:, i]))
     held, around = float(np.mean(change**2)), float(np.mean((end[:, i] - middle) ** 2))
-    if around < _CONSTANT * held:
+    # Two readings' noise in a change, one's in a distance from rest: rows at rest speak for neither, however many they
+    # are, and those that start away from it decide.
+    gain = change**2 / (4.0 * noise[i] ** 2) - (end[:, i] - middle) ** 2 / (2.0 * noise[i] ** 2)
+    if clearly(by_part(gain, np.concatenate(quiet_piece))):
         return PassiveVariable("constant", value=middle, std=max(np.sqrt(around), noise[i]), samples=len(start))
     drift = None
     columns = [j for j in data.variables[obj] if not _is_change(space, j)]

@@ -33,7 +33,7 @@ def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | 
         x, y = x[rows], y[rows]
     try:
         return freeze(spec.make().fit(x, y))
-    except (InputError, ValueError, np.linalg.LinAlgError):
+    except (InputError, ValueError, TypeError, AttributeError, np.linalg.LinAlgError):
         return None
 
 
