@@ -89,8 +89,10 @@ class Scenario(ABC):
             raise InputError(f"{self.name} has no fault {self.config.fault.kind!r}; it has {', '.join(self.faults)}")
         if self.config.camera.yaw_deg != 0.0 and "camera" not in self.features:
             raise InputError(f"{self.name} has no camera: leave camera.yaw_deg at 0")
-        if not (self.config.noise.scale >= 0 and math.isfinite(self.config.noise.scale)):
-            raise InputError(f"noise.scale is {self.config.noise.scale}; give a number from 0")
+        for key in ("scale", "vehicle"):
+            value = getattr(self.config.noise, key)
+            if not (value >= 0 and math.isfinite(value)):
+                raise InputError(f"noise.{key} is {value}; give a number from 0")
 
     @abstractmethod
     def make_graph(self) -> InteractionGraph:

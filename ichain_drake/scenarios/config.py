@@ -24,9 +24,12 @@ class NoiseConfig:
 
     Attributes:
         scale: factor on process and measurement noise of every object.
+        vehicle: factor on the declared reading noise of vehicles, on top of `scale`; 0: they are read as they are, as
+            in the paper's game (sec. IV).
     """
 
     scale: float = 1.0
+    vehicle: float = 0.0
 
 
 @dataclass
