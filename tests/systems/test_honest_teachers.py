@@ -10,13 +10,10 @@ from pathlib import Path
 import pytest
 
 import ichain_drake
-from ichain_drake.objects.region import GATE, Region
+from ichain_drake.objects.region import GATE
 
 ROOT = Path(ichain_drake.__file__).parent
-SCRIPTS = sorted(
-    [*(ROOT / "systems").rglob("demonstrations.py"), *(ROOT / "systems").rglob("teleoperation.py")]
-    + [*(ROOT / "scenarios").glob("*demonstrations.py"), ROOT / "scenarios" / "unsteady_hand.py"]
-)
+SCRIPTS = sorted(f for name in ("demonstrations.py", "teleoperation.py") for f in (ROOT / "systems").rglob(name))
 
 
 def dataclasses_of(package: str) -> Iterator[type]:
@@ -29,7 +26,7 @@ def dataclasses_of(package: str) -> Iterator[type]:
 
 def gates() -> set[str]:
     """Names of what decides where an interaction begins: fields marked so, and whatever gives a region."""
-    names = {f.name for f in dataclasses.fields(Region)} - {"center"}
+    names = {"half", "margin"}
     for kind in [*dataclasses_of("objects"), *dataclasses_of("systems")]:
         names |= {f.name for f in dataclasses.fields(kind) if f.metadata.get(GATE)}
         for name, member in vars(kind).items():

@@ -74,11 +74,10 @@ class _Script(UnsteadyHand):
         start = self.start(self.forward())
         hand, (x, y) = Teleoperation(start.hand), start.cup
         hand.to(x - BACK, y, GRASP)
+        ahead, high, aside = (list(self.around(n, _WIDE)) for n in (10, 8, 8))
         if self._bodies:
-            ahead = (*self.between(4, -0.06, -0.045), *self.around(2, 0.006))
-            high, aside = (*self.between(2, 0.055, 0.065), *self.between(3, -0.02, 0.015)), self.around(4, 0.006)
-        else:
-            ahead, high, aside = self.around(10, _WIDE), self.around(8, _WIDE), self.around(8, _WIDE)
+            ahead = [*self.between(4, -0.06, -0.045), *self.around(2, 0.006)]
+            high, aside = [*self.between(2, 0.055, 0.065), *self.between(3, -0.02, 0.015)], list(self.around(4, 0.006))
         for dx in ahead:
             hand.to(x + dx, y, GRASP + self.uniform(-0.005, 0.005)).grip(True).grip(False)
         for dz in high:
