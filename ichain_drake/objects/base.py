@@ -30,6 +30,8 @@ class ObjectSettings:
         noise_scale: factor on process and measurement noise; 0 switches both off.
         dropouts: intervals (start, end) [s] in which the sensor holds its last value and reports `valid = 0`.
         body_size: length of the plant's [q; v] of this object's body; 0 where no plant holds it.
+        reading_scale: factor on the declared reading noise of vehicles, which are otherwise read without any (paper
+            sec. IV).
     """
 
     object_id: int = 0
@@ -37,6 +39,7 @@ class ObjectSettings:
     noise_scale: float = 1.0
     dropouts: tuple[tuple[float, float], ...] = ()
     body_size: int = 0
+    reading_scale: float = 0.0
 
 
 class _ParentPorts(Mapping[str, FloatArray]):

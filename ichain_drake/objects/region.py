@@ -1,26 +1,32 @@
-"""Boxes in space with hysteresis: the geometry that switches interactions on and off (paper sec. V)."""
+"""Regions in space with hysteresis: the geometry that switches interactions on and off (paper sec. V)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+GATE = "gate"
+"""Metadata of a dataclass's field that decides where an interaction begins: neither learning nor a script sees it."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """A box along the axes of the robot frame.
+    """A box along the axes of the robot frame, or an upright cylinder.
 
-    What is outside comes in at the box's faces; what is inside goes out only `margin` beyond them.
+    What is outside comes in at the faces; what is inside goes out only `margin` beyond them.
 
     Attributes:
         center: [m].
-        half: half-widths [m].
+        half: half-widths; of a cylinder the radii along x and y, and half its height [m].
         margin: hysteresis [m].
+        round: whether it is a cylinder.
     """
 
     center: tuple[float, float, float]
     half: tuple[float, float, float]
     margin: float = 0.002
+    round: bool = False
 
     def holds(self, point: Sequence[float], inside: bool = False) -> bool:
         """Whether a point counts as inside.
@@ -30,4 +36,5 @@ class Region:
             inside: whether it did before.
         """
         slack = self.margin if inside else 0.0
-        return all(abs(p - c) <= h + slack for p, c, h in zip(point, self.center, self.half, strict=True))
+        x, y, z = (abs(p - c) / (h + slack) for p, c, h in zip(point, self.center, self.half, strict=True))
+        return (math.hypot(x, y) if self.round else max(x, y)) <= 1.0 and z <= 1.0

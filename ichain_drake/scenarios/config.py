@@ -25,9 +25,12 @@ class NoiseConfig:
 
     Attributes:
         scale: factor on process and measurement noise of every object.
+        vehicle: factor on the declared reading noise of vehicles, on top of `scale`; 0: they are read as they are, as
+            in the paper's game (sec. IV).
     """
 
     scale: float = setting(1.0, lower=0, upper=1000)
+    vehicle: float = setting(0.0, lower=0, upper=1000)
 
 
 @dataclass

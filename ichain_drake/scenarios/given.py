@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
 from ichain_drake.graph import InteractionGraph
+from ichain_drake.objects.region import GATE
 from ichain_drake.state import Role, Variable
 
 
@@ -35,3 +37,16 @@ def _words(role: Role | None) -> str:
         return ""
     parts = [role.kind, role.axis, f"in {role.frame}" if role.frame else "", f"of {role.of}" if role.of else ""]
     return " ".join(p for p in parts if p)
+
+
+def geometry(layout: Any) -> Any:
+    """What a layout declares, as plain values: where things are and how large, without what decides interactions.
+
+    Args:
+        layout: a dataclass, of dataclasses too. Fields marked with the metadata `GATE`, the half-widths in which an
+            interaction begins, are the simulator's alone: they are left out.
+    """
+    if not dataclasses.is_dataclass(layout):
+        return layout
+    shown = [f.name for f in dataclasses.fields(layout) if not f.metadata.get(GATE)]
+    return {name: geometry(getattr(layout, name)) for name in shown}

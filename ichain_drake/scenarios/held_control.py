@@ -276,7 +276,9 @@ class HeldControl(PathScenario):
         size = robot.body_size(self.control) if isinstance(robot, ArmRobot) and physics == "contact" else 0
         objects = {
             self.control: self.make_control(setting, ObjectSettings(_CONTROL_ID, seed, scale, body_size=size)),
-            self.target: self.make_target(state, ObjectSettings(_TARGET_ID, seed, scale)),
+            self.target: self.make_target(
+                state, ObjectSettings(_TARGET_ID, seed, scale, reading_scale=self.config.noise.vehicle)
+            ),
         }
         world = World(self.graph, robot, objects)
         hand = self.config.robot.hand.full(self.hand_for_setting(setting))

@@ -1,8 +1,17 @@
-"""The report says what was declared rather than learned: units, roles, layout, goal."""
+"""The report says what was declared rather than learned: units, roles, layout, goal; no border of an interaction."""
 
+import dataclasses
 import json
+from collections.abc import Iterator
+from typing import Any
 
+import pytest
+
+from ichain_drake.objects.region import GATE, Region
+from ichain_drake.scenarios.given import geometry
+from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
+from ichain_drake.systems.kettle.layout import VesselShape
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 
@@ -23,3 +32,25 @@ def test_what_a_chain_declares_is_given_too():
     given = CarGame((), "ideal").given()
     json.dumps(given, allow_nan=False)
     assert given["graph"]["interactions"] == ["hand->joystick", "joystick->car"]
+
+
+def keys(value: Any) -> Iterator[str]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield key
+            yield from keys(inner)
+
+
+@pytest.mark.parametrize("name", ["water_dispenser", "microwave", "kettle"])
+def test_no_half_width_of_an_interaction_is_given(name: str) -> None:
+    given = load_scenario(name, physics="ideal").given()["layout"]
+    assert not {"reach", "room", "half", "margin"} & set(keys(given))
+    json.dumps(given)
+
+
+def test_a_layout_is_given_without_what_is_marked_as_a_gate() -> None:
+    shape = VesselShape(0.18, 0.03, (0.0, 0.0), (0.0, 0.1), (0.015, 0.015, 0.03))
+    assert [f.name for f in dataclasses.fields(shape) if f.metadata.get(GATE)] == ["room"]
+    assert geometry(shape) == {"height": 0.18, "radius": 0.03, "mouth": (0.0, 0.0), "hand": (0.0, 0.1)}
+    assert geometry({"a": 1}) == {"a": 1}
+    assert isinstance(shape.grasp(), Region)

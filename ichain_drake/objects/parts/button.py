@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.hand_reading import HandReading
 from ichain_drake.objects.parents import only_hand
-from ichain_drake.objects.region import Region
+from ichain_drake.objects.region import GATE, Region
 from ichain_drake.objects.touch import TouchRule
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
@@ -33,14 +33,14 @@ class ButtonMount:
     Attributes:
         top: middle of its upper face at rest, in the robot's frame [m].
         travel: from rest to its end [m].
-        reach: half-width of the square over it in which a hand presses [m].
+        reach: radius of the disc over it in which a hand presses [m].
         fingertip: from the hand's frame to the tips of its fingers [m].
         stiff: factor on the force; a hand's depression is divided by it.
     """
 
     top: tuple[float, float, float] = (0.5, 0.18, 0.06)
     travel: float = 0.008
-    reach: float = 0.018
+    reach: float = field(default=0.018, metadata={GATE: True})
     fingertip: float = 0.0125
     stiff: float = 1.0
 
@@ -92,7 +92,7 @@ class Button(WorldObject):
         self._read = HandReading(space, name)
         x, y, _ = self.mount.top
         reach, touch = self.mount.reach, self.mount.touch_height
-        self.region = Region((x, y, touch - _HIGH + 0.002), (reach, reach, _HIGH))
+        self.region = Region((x, y, touch - _HIGH + 0.002), (reach, reach, _HIGH), round=True)
         scale = self.settings.noise_scale
         # The normal noise of a run is scaled; how far out a misreading begins must undo that to keep its probability.
         self._misread = -float(ndtri(min(_MISREAD * scale, 0.5) / 2)) * scale if scale > 0 else np.inf

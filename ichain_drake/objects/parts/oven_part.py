@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.hand_reading import HandReading
-from ichain_drake.objects.region import Region
+from ichain_drake.objects.region import GATE, Region
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 POSITION_NOISE = 0.0005
@@ -48,7 +48,7 @@ class PartMount:
     point: tuple[float, float, float]
     travel: float
     axis: str = "x"
-    reach: tuple[float, float, float] = (0.015, 0.015, 0.02)
+    reach: tuple[float, float, float] = field(default=(0.015, 0.015, 0.02), metadata={GATE: True})
     stiff: float = 1.0
 
 

@@ -72,6 +72,7 @@ class Car(Vehicle[CarParameters]):
     controls: ClassVar[tuple[str, str]] = ("steering", "throttle")
     parameters_class: ClassVar[type[CarParameters]] = CarParameters
     process_noise_size: ClassVar[int] = 5
+    reading_std: ClassVar[tuple[float, ...]] = (0.5, 0.5, 0.01, 1.0, 0.02)
 
     def default_state(self) -> FloatArray:
         """At rest in the middle of the screen."""

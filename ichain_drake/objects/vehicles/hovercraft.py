@@ -71,6 +71,7 @@ class Hovercraft(Vehicle[HovercraftParameters]):
     controls: ClassVar[tuple[str, str]] = ("rudder", "throttle")
     parameters_class: ClassVar[type[HovercraftParameters]] = HovercraftParameters
     process_noise_size: ClassVar[int] = 5
+    reading_std: ClassVar[tuple[float, ...]] = (0.5, 0.5, 0.01, 1.0, 1.0, 0.02)
 
     def step(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float

@@ -86,6 +86,7 @@ class RoadCar(Vehicle[RoadCarParameters]):
     controls: ClassVar[tuple[str, str]] = ("angle", "slide")
     parameters_class: ClassVar[type[RoadCarParameters]] = RoadCarParameters
     process_noise_size: ClassVar[int] = 5
+    reading_std: ClassVar[tuple[float, ...]] = (0.05, 0.05, 0.003, 0.05, 0.005)
 
     def step(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float

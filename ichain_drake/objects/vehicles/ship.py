@@ -94,6 +94,7 @@ class Ship(Vehicle[ShipParameters]):
     controls: ClassVar[tuple[str, str]] = ("angle", "slide")
     parameters_class: ClassVar[type[ShipParameters]] = ShipParameters
     process_noise_size: ClassVar[int] = 7
+    reading_std: ClassVar[tuple[float, ...]] = (0.005, 0.005, 0.003, 0.005, 0.005, 0.005, 0.01, 0.003)
 
     def step(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float

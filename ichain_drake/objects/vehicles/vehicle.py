@@ -10,7 +10,7 @@ import numpy as np
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable
+from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
 
 ParametersT = TypeVar("ParametersT")
 
@@ -34,6 +34,9 @@ class Vehicle(WorldObject, Generic[ParametersT]):
     parameters_class: ClassVar[type[Any]]
     """Dataclass of the constants, with a default for each."""
 
+    reading_std: ClassVar[tuple[float, ...]] = ()
+    """Standard deviation of a reading of each observable variable, in its unit, at `reading_scale` 1."""
+
     parameters: ParametersT
 
     def __init__(
@@ -53,6 +56,16 @@ class Vehicle(WorldObject, Generic[ParametersT]):
                 f"{name}: a {kind} has one parent with two observable variables ({', '.join(self.controls)})"
             )
         self._inputs = parents[self._driver].observable_indices
+
+    def measure(self, state: FloatArray, noise: FloatArray) -> FloatArray:
+        """The truth, as in the paper's game, or with the declared noise times `reading_scale`; angles are wrapped."""
+        read = state[..., self._observable]
+        if not self.settings.reading_scale:
+            return read
+        read = read + self.settings.reading_scale * np.array(self.reading_std) * noise
+        angles = self.state_space.observable.angle_mask
+        read[..., angles] = wrap_angle(read[..., angles])
+        return read
 
     def read_controls(self, parents: ParentStates, active: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """The two controls, 0 while nobody is at them, shape (...) each."""

@@ -7,11 +7,11 @@ boil, pour back): pieces show skills, not their order.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
+from ichain_drake.scenarios.unsteady_hand import UnsteadyHand
 from ichain_drake.systems.kettle.layout import LAYOUT, KettleStart, VesselShape
 from ichain_drake.systems.kettle.teleoperation import KettleTeleoperation
 from ichain_drake.systems.water_dispenser.teleoperation import BACK, FORWARD, TURNING
@@ -20,28 +20,12 @@ _BOTTLE, _KETTLE = LAYOUT.bottle, LAYOUT.kettle
 _LAID = tuple[KettleStart, KettleTeleoperation]
 
 
-@dataclass(frozen=True)
-class _Misses:
-    """How far off the hand closes around a vessel [m]: along x, along z, and to the side."""
-
-    x: tuple[float, ...]
-    z: tuple[float, ...]
-    y: tuple[float, ...]
-
-
-_AROUND_A_POINT = _Misses((-0.022, -0.010, -0.018), (0.037, 0.022, -0.036, -0.022), (0.020, 0.011, -0.020))
-# Between bodies there is no near miss: fingers that are off by a little hold it just as well, or push it over.
-_AROUND_A_BODY = _Misses((-0.052, -0.004, -0.058, -0.048, 0.003), (0.008, -0.008), ())
-
-
-class _Script:
+class _Script(UnsteadyHand):
     """Random starts and the pieces laid out from them."""
 
-    def __init__(self, rng: np.random.Generator, misses: _Misses) -> None:
-        self._rng, self._misses = rng, misses
-
-    def uniform(self, low: float, high: float) -> float:
-        return float(self._rng.uniform(low, high))
+    def __init__(self, rng: np.random.Generator, *, bodies: bool) -> None:
+        super().__init__(rng)
+        self._bodies = bodies
 
     def home(self) -> tuple[float, float]:
         """A place of the bottle near its usual one."""
@@ -100,15 +84,18 @@ class _Script:
     def _miss(
         self, hand: KettleTeleoperation, vessel: VesselShape, place: Sequence[float], floor: float
     ) -> KettleTeleoperation:
-        """The hand closes too far, too high, too low and beside, and just so: the gate of the grasp."""
+        """The hand closes somewhere before, behind, over, under and beside where it should: the gate of the grasp.
+
+        Between bodies there is no near miss: fingers that are off by a little hold it just as well, or push it over.
+        """
         x, y, z = place[0] + vessel.hand[0], place[1], floor + vessel.hand[1]
         hand.to(x - BACK, y, z)
-        for dx in self._misses.x:
+        for dx in (*self.between(3, -0.06, -0.045), *self.around(2, 0.006)) if self._bodies else self.around(6, _WIDE):
             hand.to(x + dx, y, z + self.uniform(-0.005, 0.005)).grip(True).grip(False)
-        for dz in self._misses.z:
+        for dz in self.around(2, 0.01) if self._bodies else self.around(8, 1.5 * _WIDE):
             hand.to(x - BACK).to(z=z + dz, step=0.06).to(x + self.uniform(-0.004, 0.004), step=0.05)
             hand.grip(True).grip(False)
-        for dy in self._misses.y:
+        for dy in () if self._bodies else self.around(6, _WIDE):
             hand.to(x - 0.06, y + dy, z).to(x).grip(True).grip(False)
         hand.to(x - BACK)
         return hand
@@ -145,11 +132,17 @@ class _Script:
         for roll in (0.0, -0.8):
             hand.pour(roll)
             x, y, z = hand.now[:3]
-            hand.to(x - 0.054).to(x + 0.054, step=0.009).to(x)
-            hand.to(y=y - 0.054).to(y=y + 0.054, step=0.009).to(y=y)
-            hand.to(z=z + 0.065, step=0.009).to(z=z, step=0.03)
+            self._sweep(hand, (x, y, z), 0.06)
         goal = self.home()
         return start, hand.pour(0.0).release(*goal)
+
+    def _sweep(self, hand: KettleTeleoperation, middle: Sequence[float], wide: float) -> None:
+        """To and fro along each axis, about so far [m], and up."""
+        x, y, z = middle
+        far = wide * self.between(5, 0.8, 1.0)
+        hand.to(x - far[0]).to(x + far[1], step=0.009).to(x)
+        hand.to(y=y - far[2]).to(y=y + far[3], step=0.009).to(y=y)
+        hand.to(z=z + far[4], step=0.009).to(z=z, step=0.03)
 
     # From the kettle into the bottle.
 
@@ -183,9 +176,7 @@ class _Script:
         for roll in (0.0, 0.6):
             hand.pour(roll)
             x, y, z = hand.now[:3]
-            hand.to(x - 0.038).to(x + 0.038, step=0.009).to(x)
-            hand.to(y=y - 0.038).to(y=y + 0.038, step=0.009).to(y=y)
-            hand.to(z=z + 0.060, step=0.009).to(z=z, step=0.03)
+            self._sweep(hand, (x, y, z), 0.045)
         return start, self._back_on_plate(hand.pour(0.0))
 
     def _back_on_plate(self, hand: KettleTeleoperation) -> KettleTeleoperation:
@@ -215,36 +206,32 @@ class _Script:
             if self.uniform(0.0, 1.0) < 0.3:  # now and then lift off in between
                 hand.press(LAYOUT.switch, -4.0, off)
         for axis in (0, 1):
-            for distance in (-0.032, -0.022, -0.015, 0.0, 0.015, 0.022, 0.032):
+            for distance in self.around(8, _WIDE):
                 aside = [0.0, 0.0]
-                aside[axis], aside[1 - axis] = distance + self.uniform(-0.0015, 0.0015), self.uniform(-0.008, 0.008)
+                aside[axis], aside[1 - axis] = distance, self.uniform(-0.008, 0.008)
                 for level in (-5.0, self.uniform(0.5, 6.0), -5.0):
                     hand.press(LAYOUT.switch, level, aside)
         off = self._off()
-        for level in (-6.0, -4.5, -3.0, -2.0, -1.0, -0.5, 1.0, -1.0, -2.5, -4.0, -1.8, -3.0, 2.0, 4.2, 6.0):
+        for level in (*self.between(12, -6.0, 2.0), 4.2, 6.0):
             hand.press(LAYOUT.switch, level, off)
         return start, hand.wait(6).press(LAYOUT.switch, -20.0, off)
 
     def boil_left(self) -> _LAID:
-        """Pressed with the kettle too far left on its plate, then with it just well on it: it heats but once."""
-        return self._boil_at(
-            [(self._aside(0.004, 0.028), LAYOUT.plate.height), (self._aside(-0.012, -0.014), LAYOUT.plate.height)]
-        )
+        """Pressed with the kettle somewhere to the left, then to the right on its plate: it may heat or not."""
+        return self._boil_at([(self._aside(1.0), LAYOUT.plate.height), (self._aside(-1.0), LAYOUT.plate.height)])
 
     def boil_far(self) -> _LAID:
-        """The same the other way round, then too far back on the plate."""
-        return self._boil_at(
-            [(self._aside(0.014, 0.010), LAYOUT.plate.height), (self._aside(0.028, -0.004), LAYOUT.plate.height)]
-        )
+        """The same the other way round."""
+        return self._boil_at([(self._aside(-1.0), LAYOUT.plate.height), (self._aside(1.0), LAYOUT.plate.height)])
 
     def boil_beside(self) -> _LAID:
         """Pressed with the kettle on its plate, then on the table beside it."""
         return self._boil_at([(self.plate(), LAYOUT.plate.height), ((0.70, self.uniform(-0.07, -0.06)), 0.0)])
 
-    def _aside(self, x: float, y: float) -> tuple[float, float]:
-        """A place so far from the plate's middle [m]."""
-        middle = LAYOUT.plate_middle
-        return middle[0] + x + self.uniform(-0.002, 0.002), middle[1] + y + self.uniform(-0.002, 0.002)
+    def _aside(self, side: float) -> tuple[float, float]:
+        """A place anywhere on one half of the plate, as far as the kettle stands on it."""
+        x, y = LAYOUT.plate_middle
+        return x + self.uniform(-_ON_PLATE, _ON_PLATE), y + side * self.uniform(0.0, _ON_PLATE)
 
     def _boil_at(self, places: Sequence[tuple[tuple[float, float], float]]) -> _LAID:
         """The switch is pressed for a while, the kettle moved on to another place (x, y, floor), and so on."""
@@ -272,6 +259,8 @@ class _Script:
         return hand.wait(ticks).press(LAYOUT.switch, -20.0, off)
 
 
+_WIDE = 0.035  # m to either side of something in which a person tries whether it works there
+_ON_PLATE = 0.03  # m from the plate's middle where the kettle still stands on it
 _CONTENT = {
     "water": (0.3, 0.85),
     "temperature": (0.0, 1.0),
@@ -287,7 +276,7 @@ def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator
         rng: draws starts and the unsteadiness of the person's hand.
         bodies: whether the hand can push the vessels over.
     """
-    script = _Script(rng, _AROUND_A_BODY if bodies else _AROUND_A_POINT)
+    script = _Script(rng, bodies=bodies)
     bottle, pour = ("hand->bottle",), ("hand->bottle", "bottle->kettle")
     kettle, back = ("hand->kettle",), ("hand->kettle", "kettle->bottle")
     boil = ("hand->switch", "switch->kettle")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ichain_drake.objects import Region, Surface
+from ichain_drake.objects.region import GATE
 from ichain_drake.state import FloatArray
 
 
@@ -27,7 +28,7 @@ class VesselShape:
     radius: float
     mouth: tuple[float, float]
     hand: tuple[float, float]
-    room: tuple[float, float, float]
+    room: tuple[float, float, float] = field(metadata={GATE: True})
 
     def arm(self, off: tuple[float, float] = (0.0, 0.0)) -> tuple[float, float, float]:
         """From the hand to the mouth of an upright vessel [m]; `off`: how far off it is held, along x and z [m]."""
@@ -74,15 +75,15 @@ class KettleLayout:
     def pour_region(self) -> Region:
         """Where the bottle's mouth must be relative to the spout's tip: over the kettle's open top."""
         x, y, z = self.opening
-        return Region((x, y, z + 0.13), (0.04, 0.04, 0.12))
+        return Region((x, y, z + 0.13), (0.04, 0.04, 0.12), round=True)
 
     def return_region(self) -> Region:
         """Where the spout's tip must be relative to the bottle's mouth."""
-        return Region((0.0, 0.0, 0.085), (0.026, 0.026, 0.08))
+        return Region((0.0, 0.0, 0.085), (0.026, 0.026, 0.08), round=True)
 
     def plate_region(self) -> Region:
         """Where the spout's tip is while the kettle stands on the plate."""
-        return Region(self.kettle.mouth_at(self.plate_middle, self.plate.height), (0.02, 0.02, 0.01))
+        return Region(self.kettle.mouth_at(self.plate_middle, self.plate.height), (0.02, 0.02, 0.01), round=True)
 
 
 LAYOUT = KettleLayout()

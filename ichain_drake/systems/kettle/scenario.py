@@ -5,7 +5,6 @@ shapes of things (`KettleLayout`), the camera's frame, the spread of starts, and
 `models/scenarios/kettle.yaml`. Everything else is learned.
 """
 
-import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -23,6 +22,7 @@ from ichain_drake.scenarios.adjustable import Adjustable, push
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.given import geometry
 from ichain_drake.scenarios.mishaps import FAULTS, Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
@@ -211,4 +211,4 @@ class KettleScenario(Appliance[KettleStart]):
 
     def given(self) -> dict[str, Any]:
         """The configuration and the layout."""
-        return super().given() | {"layout": dataclasses.asdict(LAYOUT)}
+        return super().given() | {"layout": geometry(LAYOUT)}

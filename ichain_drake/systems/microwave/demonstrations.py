@@ -1,7 +1,7 @@
 """Who demonstrates the microwave oven: a script that stands in for a person at the remote control.
 
 Each piece is a list of hand commands, laid out from its own random start. Pieces show skills and the borders of
-interactions, not the task: none holds more than one of its steps.
+interactions, not the task: none holds more than two of its steps.
 """
 
 from __future__ import annotations
@@ -11,24 +11,24 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
+from ichain_drake.scenarios.unsteady_hand import UnsteadyHand
 from ichain_drake.systems.microwave.layout import LAYOUT, MicrowaveStart, Point
 from ichain_drake.systems.microwave.teleoperation import HOLD, SAFE, OvenTeleoperation, part_point
 
 OPEN, IN = LAYOUT.door.travel, LAYOUT.button.travel
 _HALF = 0.5
 _LONG = 0.003  # m of a pull or push beyond an end, along which the hand slips
+_WIDE = 0.035  # m to either side of something in which a person tries whether it works there
 
 Laid = tuple[MicrowaveStart, OvenTeleoperation]
 
 
-class _Script:
+class _Script(UnsteadyHand):
     """Random starts and the pieces laid out from them."""
 
     def __init__(self, rng: np.random.Generator, *, bodies: bool) -> None:
-        self._rng, self._bodies = rng, bodies
-
-    def uniform(self, low: float, high: float) -> float:
-        return float(self._rng.uniform(low, high))
+        super().__init__(rng)
+        self._bodies = bodies
 
     def table(self) -> tuple[float, float]:
         """A place before and beside the oven."""
@@ -77,18 +77,15 @@ class _Script:
         """The hand closes beside the handle, too far, too high and too low, and just so: the gate of the grasp."""
         at = self.uniform(0.05, 0.15)
         start = self.start(door=at)
-        hand = self._misses(OvenTeleoperation(start.hand), part_point("door", at), LAYOUT.door.reach)
+        hand = self._misses(OvenTeleoperation(start.hand), part_point("door", at))
         return start, self._move_door(hand, at, 0.0)
 
-    def _misses(
-        self, hand: OvenTeleoperation, point: Point, reach: tuple[float, ...], roll: float = 0.0
-    ) -> OvenTeleoperation:
-        """Closes around the six faces of a box, in and out of it; fingers between bodies only stay short of it."""
-        scales = (-4.0, -3.0, -0.8) if self._bodies else (-1.6, -1.2, -0.8, 0.8, 1.2, 1.6)
+    def _misses(self, hand: OvenTeleoperation, point: Point, roll: float = 0.0) -> OvenTeleoperation:
+        """Closes before, behind, beside, over and under something; fingers between bodies only stay short of it."""
         for axis in (0,) if self._bodies else (0, 1, 2):
-            for scale in scales:
-                off = [self.uniform(-0.3, 0.3) * r for r in reach]
-                off[axis] = scale * reach[axis] + self.uniform(-0.001, 0.001)
+            for far in (*self.between(2, -0.06, -0.045), -0.01) if self._bodies else self.around(8, _WIDE):
+                off = list(self.near())
+                off[axis] = far
                 goal = [p + o for p, o in zip(point, off, strict=True)]
                 hand.to(goal[0], goal[1], goal[2], roll, step=0.05).grip(True).grip(False)
         return hand.to(SAFE)
@@ -108,14 +105,14 @@ class _Script:
         """Small steps in and out: where the oven goes on and off, with the food inside and the door shut."""
         start = self.start(button=0.0, inside=True, knob=self.uniform(0.8, 1.2), temperature=self.uniform(0.1, 0.3))
         hand = OvenTeleoperation(start.hand).take_part("button", 0.0, self.near())
-        for share in (0.3, 0.4, 0.6, 0.4, 0.65, 0.35, 0.58, 0.42, 0.8, 0.2, 1.0, 0.0):
+        for share in (*self.between(12, 0.0, 1.0), 1.0, 0.0):
             hand.slide("button", share * IN).wait(2)
         return start, hand.leave()
 
     def miss_button(self) -> Laid:
         at = IN * float(self._rng.integers(2))
         start = self.start(button=at)
-        return start, self._misses(OvenTeleoperation(start.hand), part_point("button", at), LAYOUT.button.reach)
+        return start, self._misses(OvenTeleoperation(start.hand), part_point("button", at))
 
     # Knob.
 
@@ -132,7 +129,7 @@ class _Script:
 
     def miss_knob(self) -> Laid:
         start = self.start()
-        return start, self._misses(OvenTeleoperation(start.hand), LAYOUT.knob.point, LAYOUT.knob.reach)
+        return start, self._misses(OvenTeleoperation(start.hand), LAYOUT.knob.point)
 
     # Food. The door stands open while it is handled, in and out of the oven.
 
@@ -148,7 +145,7 @@ class _Script:
 
     def miss_food(self) -> Laid:
         start = self.start(door=OPEN)
-        hand = self._misses(OvenTeleoperation(start.hand), (*start.food, HOLD), (0.015, 0.015, 0.02))
+        hand = self._misses(OvenTeleoperation(start.hand), (*start.food, HOLD))
         return start, self._move_door(hand, OPEN, 0.0)
 
     def in_and_out(self) -> Laid:
@@ -156,7 +153,7 @@ class _Script:
         start = self.start(inside=True, door=OPEN)
         off, (_, y) = self.slack(), start.food
         hand = OvenTeleoperation(start.hand).take_food(start.food, off).to(z=LAYOUT.cavity[2] + HOLD + 0.01)
-        for x in (0.68, 0.72, 0.69, 0.71, 0.67, 0.75, 0.70, 0.73):
+        for x in (*self.between(8, 0.66, 0.75), self.inside()[0]):
             hand.to(x, y + self.uniform(-0.01, 0.01), step=0.012)
         hand.to(z=LAYOUT.cavity[2] + HOLD + off[2] + 0.0015).leave()
         return start, self._move_door(hand, OPEN, 0.0)
@@ -182,25 +179,33 @@ class _Script:
 
     # Heating: food, door and button each start and stop it, in the same pieces.
 
-    def put_in_and_heat(self) -> Laid:
-        """The oven is on already, so that shutting the door starts it."""
-        start = self.start(door=OPEN, button=IN, knob=self.uniform(0.6, 1.6), temperature=self.uniform(0.05, 0.3))
+    def put_in(self) -> Laid:
+        """The food is put into the open oven, whatever its button says."""
+        start = self.start(door=OPEN, button=IN * float(self._rng.integers(2)))
         off, place = self.slack(), self.inside()
-        hand = OvenTeleoperation(start.hand).take_food(start.food, off).lift().carry_in(place, off)
-        self._move_door(hand, OPEN, 0.0).wait(4)
-        hand.take_part("button", IN, self.near()).slide("button", -_LONG).wait(12)
-        return start, hand.slide("button", IN + _LONG).wait(4).leave().wait(2)
+        return start, OvenTeleoperation(start.hand).take_food(start.food, off).lift().carry_in(place, off).wait(2)
 
-    def stop_and_take_out(self) -> Laid:
-        """Heating is stopped by the button, and again by the door; then the food comes out, and the oven runs empty."""
+    def heat_by_shutting(self) -> Laid:
+        """The oven is on already, so that shutting the door starts it; its button stops it."""
+        start = self.start(
+            inside=True, door=OPEN, button=IN, knob=self.uniform(0.6, 1.6), temperature=self.uniform(0.05, 0.3)
+        )
+        hand = self._move_door(OvenTeleoperation(start.hand), OPEN, 0.0).wait(4)
+        return start, hand.take_part("button", IN, self.near()).slide("button", -_LONG).wait(12).leave()
+
+    def switch(self) -> Laid:
+        """Switched on and off; behind the shut door the food can't be taken."""
         start = self.start(inside=True, button=0.0, knob=self.uniform(0.6, 1.6), temperature=self.uniform(0.1, 0.4))
         hand = OvenTeleoperation(start.hand)
         hand.take_part("button", 0.0, self.near()).wait(4).slide("button", IN + _LONG).wait(4)
-        hand.slide("button", -_LONG).wait(10).slide("button", IN + _LONG).leave()
-        self._grab_in_vain(hand, start.food, 2)
-        self._move_door(hand, 0.0, OPEN)
+        hand.slide("button", -_LONG).wait(10).slide("button", IN + _LONG).wait(4).leave()
+        return start, self._grab_in_vain(hand, start.food, 2)
+
+    def take_out(self) -> Laid:
+        """Out of the open oven, which is then shut, and runs empty."""
+        start = self.start(inside=True, door=OPEN, button=IN, knob=self.uniform(0.6, 1.6))
         off, goal = self.slack(), self.table()
-        hand.take_food(start.food, off).lift().carry_out(goal, off)
+        hand = OvenTeleoperation(start.hand).take_food(start.food, off).lift().carry_out(goal, off)
         return start, self._move_door(hand, OPEN, 0.0).wait(3)
 
     def heat_by_door(self) -> Laid:
@@ -209,7 +214,7 @@ class _Script:
             inside=True, button=IN, knob=self.uniform(0.6, 1.5), door=0.10, temperature=self.uniform(0.05, 0.2)
         )
         hand = OvenTeleoperation(start.hand).take_part("door", 0.10, self.slack())
-        for at in (0.05, 0.03, 0.017, 0.008, 0.016, 0.009, 0.02, 0.006, 0.015, 0.0, 0.03, 0.0, 0.10, -_LONG):
+        for at in (*self.between(12, 0.0, 0.05), 0.10, -_LONG):
             hand.slide("door", at, step=0.025).wait(2)
         return start, hand.leave()
 
@@ -251,31 +256,34 @@ def script_pieces(rng: np.random.Generator, *, bodies: bool = False) -> Iterator
     empty, through_door = (*button, *knob), (*door, "hand->food")
     shut_in = (*through_door, "door->food")
     heat = ("knob->food", "button->food", "door->food")
-    turning_up, switching, shutting = (*knob, *heat), (*button, *heat), (*door, *heat)
-    whole = (*through_door, *button, *heat)
+    turning_up, switching, shutting = (*knob, *heat), (*button, *heat), (*door, *button, *heat)
     pieces: dict[str, tuple[Callable[[], Laid], tuple[str, ...]]] = {
         "heat_by_knob_1": (script.heat_by_knob, turning_up),
-        "stop_and_take_out_1": (script.stop_and_take_out, whole),
+        "switch_1": (script.switch, switching),
+        "take_out_1": (script.take_out, (*through_door, *heat)),
         "miss_food": (script.miss_food, through_door),
         "press_by_and_by": (script.press_by_and_by, switching),
         "open_door": (script.open_door, door),
         "heat_nothing": (script.heat_nothing, empty),
         "miss_knob": (script.miss_knob, knob),
-        "put_in_and_heat_1": (script.put_in_and_heat, whole),
-        "heat_by_door": (script.heat_by_door, shutting),
+        "put_in_1": (script.put_in, through_door),
+        "heat_by_shutting_1": (script.heat_by_shutting, shutting),
+        "heat_by_door": (script.heat_by_door, (*door, *heat)),
         "turn_knob_1": (script.turn_knob, knob),
         "shut_in_1": (script.shut_in, shut_in),
         "heat_long": (script.heat_long, turning_up),
         "miss_door": (script.miss_door, door),
         "press_button": (script.press_button, button),
-        "stop_and_take_out_2": (script.stop_and_take_out, whole),
+        "switch_2": (script.switch, switching),
+        "take_out_2": (script.take_out, (*through_door, *heat)),
         "relocate": (script.relocate, through_door),
         "shut_door": (script.shut_door, door),
         "miss_button": (script.miss_button, button),
         "in_and_out": (script.in_and_out, shut_in),
         "turn_knob_2": (script.turn_knob, knob),
         "shut_in_2": (script.shut_in, shut_in),
-        "put_in_and_heat_2": (script.put_in_and_heat, whole),
+        "put_in_2": (script.put_in, through_door),
+        "heat_by_shutting_2": (script.heat_by_shutting, shutting),
         "heat_by_knob_2": (script.heat_by_knob, turning_up),
     }
     for name, (lay_out, shows) in pieces.items():

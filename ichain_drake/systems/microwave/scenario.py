@@ -25,6 +25,7 @@ from ichain_drake.scenarios.adjustable import Adjustable
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.given import geometry
 from ichain_drake.scenarios.mishaps import FAULTS, Mishap, MishapConfig
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
@@ -200,4 +201,4 @@ class Microwave(Appliance[MicrowaveStart]):
 
     def given(self) -> dict[str, Any]:
         """The configuration and the layout."""
-        return super().given() | {"layout": dataclasses.asdict(LAYOUT), "food_in_hand": {"height": HOLD}}
+        return super().given() | {"layout": geometry(LAYOUT), "food_in_hand": {"height": HOLD}}

@@ -7,46 +7,21 @@ task: pieces show skills, not their order.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
+from ichain_drake.scenarios.unsteady_hand import UnsteadyHand
 from ichain_drake.systems.water_dispenser.layout import LAYOUT, DispenserStart
 from ichain_drake.systems.water_dispenser.teleoperation import BACK, FORWARD, GRASP, TURNING, Teleoperation
 
 
-@dataclass(frozen=True)
-class _Misses:
-    """How far off the hand closes around the cup [m]: along x, too high, too low, and to the side."""
-
-    x: tuple[float, ...]
-    high: tuple[float, ...]
-    low: tuple[float, ...]
-    y: tuple[float, ...]
-
-
-_AROUND_A_POINT = _Misses(
-    (-0.022, -0.0135, -0.017, -0.026, 0.0135, 0.017, -0.0165),
-    (0.035, 0.0225, 0.0275),
-    (-0.034, -0.0225, -0.0275),
-    (0.020, 0.0135, 0.017, 0.026, -0.017, -0.0135),
-)
-# Between bodies there is no near miss: fingers that are off by a little push the cup over, and those that close on its
-# upper or lower end hold it just as well.
-_AROUND_A_BODY = _Misses(
-    (-0.052, -0.004, -0.058, -0.048), (0.056, 0.012, 0.062), (-0.012, -0.022), (0.004, -0.004, 0.006, -0.006)
-)
-
-
-class _Script:
+class _Script(UnsteadyHand):
     """Random starts and the pieces laid out from them."""
 
-    def __init__(self, rng: np.random.Generator, misses: _Misses, dip: float) -> None:
-        self._rng, self._misses, self._dip = rng, misses, dip
-
-    def uniform(self, low: float, high: float) -> float:
-        return float(self._rng.uniform(low, high))
+    def __init__(self, rng: np.random.Generator, *, bodies: bool, dip: float) -> None:
+        super().__init__(rng)
+        self._bodies, self._dip = bodies, dip
 
     def table(self) -> tuple[float, float]:
         """A place on the table, away from the machine."""
@@ -91,17 +66,24 @@ class _Script:
         return start, hand
 
     def miss_grasps(self) -> tuple[DispenserStart, Teleoperation]:
-        """The hand closes from too far, too high, too low and beside, and just so: the gate of the grasp."""
+        """The hand closes somewhere before, behind, over, under and beside where it should: the gate of the grasp.
+
+        Between bodies there is no near miss: fingers that are off by a little push the cup over, and those that close
+        on its upper or lower end hold it just as well. There it stays well away, or comes close.
+        """
         start = self.start(self.forward())
         hand, (x, y) = Teleoperation(start.hand), start.cup
         hand.to(x - BACK, y, GRASP)
-        for dx in self._misses.x:
+        ahead, high, aside = (list(self.around(n, _WIDE)) for n in (10, 8, 8))
+        if self._bodies:
+            ahead = [*self.between(4, -0.06, -0.045), *self.around(2, 0.006)]
+            high, aside = [*self.between(2, 0.055, 0.065), *self.between(3, -0.02, 0.015)], list(self.around(4, 0.006))
+        for dx in ahead:
             hand.to(x + dx, y, GRASP + self.uniform(-0.005, 0.005)).grip(True).grip(False)
-        for dz in self._misses.high:
-            hand.to(x - BACK).to(z=GRASP + dz).to(x + self.uniform(-0.004, 0.004), step=0.05).grip(True).grip(False)
-        for dz in self._misses.low:
-            hand.to(x - BACK).to(z=GRASP + dz, step=0.06).to(x, step=0.05).grip(True).grip(False)
-        for dy in self._misses.y:
+        for dz in high:
+            hand.to(x - BACK).to(z=GRASP + dz, step=0.06).to(x + self.uniform(-0.004, 0.004), step=0.05)
+            hand.grip(True).grip(False)
+        for dy in aside:
             hand.to(x - 0.06, y + dy, GRASP).to(x).grip(True).grip(False)
         return start, hand.to(x - BACK)
 
@@ -143,9 +125,10 @@ class _Script:
             hand.tilt(roll, off)
             x, y, z = hand.now[:3]
             if roll > -1.0:
-                hand.to(x - 0.056).to(x + 0.056, step=0.008).to(x, y)
-                hand.to(y=y - 0.056).to(y=y + 0.056, step=0.008).to(y=y)
-                hand.to(z=z + 0.065, step=0.008).to(z=z, step=0.015)
+                far = self.between(5, 0.048, 0.064)
+                hand.to(x - far[0]).to(x + far[1], step=0.008).to(x, y)
+                hand.to(y=y - far[2]).to(y=y + far[3], step=0.008).to(y=y)
+                hand.to(z=z + far[4] + 0.01, step=0.008).to(z=z, step=0.015)
             else:  # a tilted cup comes lower than an upright one
                 hand.to(z=z - self._dip, step=0.008).to(z=z, step=0.015)
         goal = self.table()
@@ -162,11 +145,12 @@ class _Script:
         x, y, z = hand.now[:3]
         z -= 0.006
         for _ in range(2):
-            for far in (-0.030, 0.026):
+            left, right, back, ahead, up = self.between(5, 0.6, 1.0) * (0.032, 0.032, 0.032, _COLUMN, 0.025)
+            for far in (-back, ahead):
                 hand.to(x + 0.4 * far, y, z, step=0.012).to(x + far, step=0.003).to(x + 0.4 * far, step=0.003)
-            for far in (-0.030, 0.030):
+            for far in (-right, left):
                 hand.to(x, y + 0.4 * far, step=0.012).to(y=y + far, step=0.003).to(y=y + 0.4 * far, step=0.003)
-            hand.to(x, y, step=0.012).to(z=z + 0.022, step=0.003).to(z=z, step=0.005)
+            hand.to(x, y, step=0.012).to(z=z + up, step=0.003).to(z=z, step=0.005)
             x, y = x + self.uniform(-0.006, 0.006), y + self.uniform(-0.006, 0.006)
         hand.to(x, y)
         goal = self.tray()
@@ -247,17 +231,19 @@ class _Script:
         """Taps beside the button and on its edge, and slow approaches from above: the gate of pressing."""
         hand.to(button[0], button[1], 0.12)
         for axis in (0, 1):
-            for distance in (-0.030, -0.021, -0.0185, -0.0165, -0.014, 0.0, 0.014, 0.0165, 0.0185, 0.021, 0.030):
+            for distance in self.around(11, _WIDE):
                 aside = [0.0, 0.0]
-                aside[axis], aside[1 - axis] = distance + self.uniform(-0.001, 0.001), self.uniform(-0.008, 0.008)
+                aside[axis], aside[1 - axis] = distance, self.uniform(-0.008, 0.008)
                 hand.press(button, -5.0, aside).press(button, self.uniform(0.5, 6.0), aside).press(button, -5.0, aside)
         off = self._off()
-        for level in (-6.0, -4.5, -3.0, -2.0, -1.0, -0.5, 1.0, -1.0, -2.5, -4.0, -1.8, -3.0, 2.0, 4.2, 6.0):
+        for level in (*self.between(12, -6.0, 2.0), 4.2, 6.0):
             hand.press(button, level, off)
         return hand.wait(6).press(button, -20.0, off)
 
 
 _DIPPED, _LOWERED = 0.12, 0.05  # m below the pose in which one pours
+_WIDE = 0.035  # m to either side of something in which a person tries whether it works there
+_COLUMN = 0.026  # m that a cup under the outlet can go back before it meets the machine
 _CONTENT = {
     "water": (0.3, 0.85),
     "temperature": (0.0, 1.0),
@@ -276,7 +262,7 @@ def script_pieces(
         bodies: whether the hand can push the cup over.
         point: whether the hand is a point that hits nothing, so that a tilted cup can be dipped into the inlet.
     """
-    script = _Script(rng, _AROUND_A_BODY if bodies else _AROUND_A_POINT, _DIPPED if point else _LOWERED)
+    script = _Script(rng, bodies=bodies, dip=_DIPPED if point else _LOWERED)
     grasp, fill, catch = ("hand->cup",), ("hand->cup", "cup->tank"), ("hand->cup", "tank->cup")
     heat, dispense = ("hand->power", "power->tank"), ("hand->dispense", "dispense->tank", "tank->cup")
     pieces: dict[str, tuple[Callable[[], tuple[DispenserStart, Teleoperation]], tuple[str, ...]]] = {

@@ -45,7 +45,7 @@ class DispenserLayout:
     def catch_region(self, height: float) -> Region:
         """Where the rim of a cup of this height [m] must be to catch the water: standing on the tray."""
         x, y, _ = self.outlet
-        return Region((x, y, self.tray.height + height), (0.02, 0.02, 0.015))
+        return Region((x, y, self.tray.height + height), (0.02, 0.02, 0.015), round=True)
 
 
 LAYOUT = DispenserLayout()

@@ -4,7 +4,6 @@ Given: the places of things (`DispenserLayout`), the camera's frame, the spread 
 `models/scenarios/water_dispenser.yaml`. Everything else is learned.
 """
 
-import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -21,6 +20,7 @@ from ichain_drake.scenarios.adjustable import Adjustable, push
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.given import geometry
 from ichain_drake.scenarios.mishaps import FAULTS, Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
@@ -193,4 +193,4 @@ class WaterDispenser(Appliance[DispenserStart]):
 
     def given(self) -> dict[str, Any]:
         """The configuration and the layout."""
-        return super().given() | {"layout": dataclasses.asdict(LAYOUT), "cup_in_hand": {"height": GRASP}}
+        return super().given() | {"layout": geometry(LAYOUT), "cup_in_hand": {"height": GRASP}}

@@ -6,7 +6,19 @@ import numpy as np
 import pytest
 
 from ichain_drake.errors import InputError
-from ichain_drake.objects import RoadCar, RoadCarParameters, Ship, ShipParameters, Wheel, WorldObject, check_object
+from ichain_drake.objects import (
+    Car,
+    Hovercraft,
+    Joystick,
+    ObjectSettings,
+    RoadCar,
+    RoadCarParameters,
+    Ship,
+    ShipParameters,
+    Wheel,
+    WorldObject,
+    check_object,
+)
 from ichain_drake.objects.controls.wheel import TRAVEL
 from ichain_drake.state import StateSpace, Variable
 from ichain_drake.timing import FRAME
@@ -84,3 +96,21 @@ def test_contract_and_parents(thing: type[WorldObject], what: str) -> None:
         thing("thing", {"lever": StateSpace("lever", (Variable("level"),))})
     with pytest.raises(InputError, match=f"{what} has one parent with two"):
         thing("thing", {})
+
+
+@pytest.mark.parametrize(
+    ("kind", "parents"),
+    [
+        (Car, {"stick": Joystick.state_space}),
+        (Hovercraft, {"stick": Joystick.state_space}),
+        (RoadCar, WHEELS),
+        (Ship, WHEELS),
+    ],
+)
+def test_readings_are_the_truth_unless_their_noise_is_asked_for(kind: type, parents: dict[str, StateSpace]) -> None:
+    state = np.tile(kind("it", parents).default_state(), (4000, 1))
+    noise = np.random.default_rng(0).standard_normal((4000, len(kind.state_space.observable)))
+    exact = kind("it", parents).measure(state, noise)
+    np.testing.assert_array_equal(exact, state[:, kind.state_space.observable_indices])
+    read = kind("it", parents, settings=ObjectSettings(reading_scale=2.0)).measure(state, noise)
+    np.testing.assert_allclose((read - exact).std(axis=0), 2 * np.array(kind.reading_std), rtol=0.05)

@@ -1,0 +1,25 @@
+"""Regions: what is in, and what goes out only beyond a margin."""
+
+import pytest
+
+from ichain_drake.objects.region import Region
+
+BOX = Region((1.0, 0.0, 0.0), (0.1, 0.2, 0.3), margin=0.01)
+ROUND = Region((1.0, 0.0, 0.0), (0.1, 0.2, 0.3), margin=0.01, round=True)
+
+
+@pytest.mark.parametrize("region", [BOX, ROUND])
+def test_its_middle_and_its_axes_are_in_up_to_the_faces(region: Region) -> None:
+    for point in ((1.0, 0.0, 0.0), (1.099, 0.0, 0.0), (1.0, -0.199, 0.0), (1.0, 0.0, 0.299)):
+        assert region.holds(point)
+    for point in ((1.101, 0.0, 0.0), (1.0, 0.201, 0.0), (1.0, 0.0, -0.301)):
+        assert not region.holds(point)
+        assert region.holds(point, inside=True)
+    assert not region.holds((1.111, 0.0, 0.0), inside=True)
+
+
+def test_a_round_one_has_no_corners() -> None:
+    corner = (1.09, 0.18, 0.29)
+    assert BOX.holds(corner)
+    assert not ROUND.holds(corner)
+    assert ROUND.holds((1.06, 0.12, 0.29))
