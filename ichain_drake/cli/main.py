@@ -17,7 +17,7 @@ from ichain_drake.cli.check import check
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError
-from ichain_drake.files import printable
+from ichain_drake.files import is_file, printable
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -196,7 +196,7 @@ def play(file: Path) -> None:
     """Open a playback in the web browser."""
     import webbrowser
 
-    if not file.is_file():
+    if not is_file(file):
         raise IchainError(f"{file}: no such playback; `ichain run` writes one")
     if not webbrowser.open(file.resolve().as_uri()):
         raise IchainError(f"{file}: no web browser was found; open the file in one by hand")
