@@ -42,6 +42,14 @@ def is_folder(path: Path) -> bool:
         return False
 
 
+def is_file(path: Path) -> bool:
+    """Whether a path is an ordinary file; False too where it can't even be asked."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def check_folder(folder: Path, what: str) -> None:
     """Refuse what is no folder.
 

@@ -34,6 +34,8 @@ def check(demos: Path, system: str, resample: bool, report: str | None, page: Pa
         print(line, file=sys.stderr)
 
     scenario = scenario_named(system, (), "ideal", 0) if system else None
+    if page is not None and page.suffix != ".html":
+        raise InputError(f"--page {page}: a page ends in .html")
     for written in (page, Path(report) if report and report != "-" else None):
         if written is not None:
             prepare_file(written)

@@ -20,7 +20,7 @@ from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError, WorkerLostError
-from ichain_drake.files import printable
+from ichain_drake.files import is_file, printable
 
 TRACEBACK = "ICHAIN_TRACEBACK"
 """Environment variable: set, an error that was not foreseen shows its traceback."""
@@ -235,7 +235,7 @@ def play(file: Path) -> None:
     """Open a playback in the web browser."""
     import webbrowser
 
-    if not file.is_file():
+    if not is_file(file):
         raise IchainError(f"{file}: no such playback; `ichain run` writes one")
     if not webbrowser.open(file.resolve().as_uri()):
         raise IchainError(f"{file}: no web browser was found; open the file in one by hand")

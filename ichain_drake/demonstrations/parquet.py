@@ -79,8 +79,8 @@ def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, 
     units = about.get("units", {}) if isinstance(about, dict) else None
     if not isinstance(units, dict) or not all(isinstance(u, str) for u in units.values()):
         raise InputError(
-            f"{file}: can't read {what}: its metadata is {printable(str(about)[:40])}, "
-            'not {"units": {column: unit}}; write it anew'
+            f"{file}: can't read {what}: its metadata is {printable(str(about)[:40])}, not "
+            '{"units": {column: unit}}; write it anew'
         )
     return {printable(str(c)): printable(u) for c, u in units.items()}
 

@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import is_folder
 
 MANIFEST = "manifest.json"
 _WEIGHTS = re.compile(r"[a-z0-9_]+\.npz")
@@ -68,7 +69,7 @@ def link_folder(library: Path, name: str) -> Path:
             "as graph.<scenario>"
         )
     folder = library / name
-    if not folder.is_dir():
+    if not is_folder(folder):
         links = ", ".join(found.name for found in item_folders(library)) or "none"
         raise InputError(f"library {library}: it has no link {name!r}; it has {links}")
     return folder
