@@ -17,7 +17,7 @@ from ichain_drake.timing import FRAME
 ParentStates = Mapping[str, FloatArray]
 
 
-_LARGEST = 1e12  # in any unit: squares and sums of what is larger lose everything else
+_LARGEST = 1e100  # in any unit (hidden variables may be packed bits): the square of much more is infinite
 
 
 @dataclass(frozen=True)

@@ -305,39 +305,24 @@ def learn_chain(
     Raises:
         InputError: if a link can't be learned; names it.
     """
-    with collected_warnings(progress):
-        return _learn_chain(
-            list(pieces), graph, target, targets, candidates, robot_seconds or {}, progress, known, known_command
-        )
-
-
-def _learn_chain(
-    pieces: Sequence[Demonstration],
-    graph: InteractionGraph,
-    target: str,
-    targets: Sequence[str],
-    candidates: Mapping[str, LinkCandidates],
-    robot_seconds: Mapping[str, float],
-    progress: Callable[[str], None] | None,
-    known: Mapping[str, LearnedLink] | None,
-    known_command: LearnedCommand | None,
-) -> LearnedChain:
+    pieces = list(pieces)
     names = graph.chain(target)
     if len(names) == 1:
         raise InputError(f"{target} is the robot itself: there is no link to learn; name an object that it acts on")
     links = []
-    for parent, child in itertools.pairwise(names):
-        edge = Interaction(parent, child)
-        space = graph.objects[child].observable
-        indices = space.indices(targets) if child == target else np.arange(len(space))
-        if known and edge.name in known:
-            links.append(known[edge.name])
-            continue
-        if progress:
-            progress(f"learning {edge.name}")
-        chosen = candidates.get(edge.name, candidates.get("*", LinkCandidates()))
-        seconds = robot_seconds.get(edge.name, 0.0)
-        links.append(learn_link(pieces, graph, edge, chosen, [int(i) for i in indices], seconds))
+    with collected_warnings(progress):
+        for parent, child in itertools.pairwise(names):
+            edge = Interaction(parent, child)
+            space = graph.objects[child].observable
+            indices = space.indices(targets) if child == target else np.arange(len(space))
+            if known and edge.name in known:
+                links.append(known[edge.name])
+                continue
+            if progress:
+                progress(f"learning {edge.name}")
+            chosen = candidates.get(edge.name, candidates.get("*", LinkCandidates()))
+            seconds = (robot_seconds or {}).get(edge.name, 0.0)
+            links.append(learn_link(pieces, graph, edge, chosen, [int(i) for i in indices], seconds))
     command = known_command or _learn_robot(pieces, graph, links[0])
     space = graph.objects[target].observable
     seen = tuple(p.states(target, space) for p in pieces if p.has(target, space))
