@@ -111,10 +111,15 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
     change = space.difference(end, start)[:, i]
     middle = float(np.median(end[:, i]))
     held, around = float(np.mean(change**2)), float(np.mean((end[:, i] - middle) ** 2))
-    # Two readings' noise in a change, one's in a distance from rest: rows at rest speak for neither, however many they
-    # are, and those that start away from it decide.
+    # Rows at rest speak for neither, however many they are. What decides starts as far from rest as the variable is
+    # while something acts on it: what is let go just above a table is no spring.
+    acting = np.concatenate(
+        [p.states[obj][np.any([p.flags[e] for e in data.incoming(obj)], axis=0)] for p in data.pieces]
+    )
+    away = float(np.median(np.abs(acting[:, i] - middle))) if len(acting) else 0.0
+    # Two readings' noise is in a change, one's in a distance from rest.
     gain = change**2 / (4.0 * noise[i] ** 2) - (end[:, i] - middle) ** 2 / (2.0 * noise[i] ** 2)
-    if clearly(by_part(gain, np.concatenate(quiet_piece))):
+    if clearly(by_part(np.where(np.abs(start[:, i] - middle) >= away, gain, 0.0), np.concatenate(quiet_piece))):
         return PassiveVariable("constant", value=middle, std=max(np.sqrt(around), noise[i]), samples=len(start))
     drift = None
     columns = [j for j in data.variables[obj] if not _is_change(space, j)]

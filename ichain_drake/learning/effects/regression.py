@@ -18,6 +18,7 @@ from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.selection import by_part, clearly
 from ichain_drake.state import FloatArray
 
+_NOISY = 2.0  # times what noise alone gives, a change must be
 _MOST_ROWS = 500
 _DEAD = (0.0, 0.05, 0.1, 0.2, 0.35)  # dead-bands to choose from, in root mean squares of the prediction
 _LEAST = 6
@@ -107,6 +108,9 @@ def choose_regression(
     nothing = np.zeros(len(y))
     zero = float(np.sum(length * sample.judged(nothing) ** 2))
     judged_noise = noise if window > 1 else 0.0  # what has no memory is not judged by differences
+    # What readings alone would give: the mean change over a window is the difference of two of them over its length.
+    if zero < _NOISY * judged_noise**2 * float(np.sum(2.0 / length)):
+        return None
     best: Regression | None = None
     best_prediction = nothing
     for column in declared:
