@@ -15,7 +15,7 @@ from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.run import deliver_report, printed
 from ichain_drake.errors import InputError, WorkerLostError
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder
-from ichain_drake.runs.provenance import given_of
+from ichain_drake.runs.provenance import code_hash, given_of
 from ichain_drake.runs.row_file import RowFile, rows_beside
 from ichain_drake.runs.runner import EvaluationInterrupted, Say
 from ichain_drake.scenarios import Scenario
@@ -76,6 +76,7 @@ def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | No
         "physics": scenario.physics,
         "seed": scenario.seed,
         "without": sorted(rules.switched_off()),
+        "code": code_hash([type(scenario)]),
         **evaluation.asked,
     }
     rows = RowFile(None if report in (None, "-") else rows_beside(Path(str(report))), about, resume=resume)

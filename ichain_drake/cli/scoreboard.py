@@ -44,8 +44,10 @@ def scoreboard(
     """
     from ichain_drake import rules
     from ichain_drake.errors import InputError
+    from ichain_drake.runs.provenance import code_hash
     from ichain_drake.runs.scoreboard.against import read_scoreboard
     from ichain_drake.runs.scoreboard.cases import FIRST_SEED, QUICK, WHOLE, all_cases
+    from ichain_drake.systems.own import own_scenario
 
     if list_rules:
         print(format_rules())
@@ -61,6 +63,7 @@ def scoreboard(
         "first_seed": FIRST_SEED if seed is None else seed,
         "also": list(also),
         "without": sorted(set(without)),
+        "code": code_hash([own_scenario(name) for name in also]),
     }
     with rules.without(without):
         document = _measure(cases, skipped, about, jobs, report, resume=resume)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import importlib.metadata
+import inspect
 import platform
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -34,6 +36,22 @@ def given_of(scenario: Any) -> dict[str, Any]:
     """What a scenario declares instead of learning, and which rules were switched off, if any, as `without`."""
     off = rules.switched_off()
     return {**scenario.given(), **({"without": sorted(off)} if off else {})}
+
+
+def code_hash(kinds: Collection[type] = ()) -> str:
+    """A hash of this package's code and of the files that define other classes, to tell rows of changed code apart.
+
+    Args:
+        kinds: classes of systems; those of this package are in its hash already.
+    """
+    files = set(Path(rules.__file__).parent.rglob("*.py"))
+    for kind in kinds:
+        with contextlib.suppress(TypeError, OSError):  # a class without a file, of a notebook say
+            files.add(Path(inspect.getsourcefile(kind) or ""))
+    digest = hashlib.sha256()
+    for file in sorted(f for f in files if f.is_file()):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def data_hash(pieces: Sequence[Demonstration]) -> str:

@@ -13,7 +13,7 @@ from ichain_drake.runs.goals.variants import CASES, NOISE
 from ichain_drake.scenarios.base import PathScenario, Scenario
 from ichain_drake.scenarios.graph_scenario import GraphScenario
 from ichain_drake.systems import SCENARIOS
-from ichain_drake.systems.own import is_own, own_scenario
+from ichain_drake.systems.own import own_scenario
 
 GOAL, NONE, NOISY = "goal", "none", "noise"
 PHYSICS: tuple[Physics, ...] = ("ideal", "arm", "contact")
@@ -115,7 +115,7 @@ def all_cases(
     """
     kinds = dict(SCENARIOS)
     for name in also:
-        kind = own_scenario(name if is_own(name) else f"{name}.py")
+        kind = own_scenario(name)
         if kind.name in kinds and kinds[kind.name] is not kind:
             raise InputError(f"--also {name}: there is a system {kind.name!r} already; rename yours")
         kinds[kind.name] = kind
