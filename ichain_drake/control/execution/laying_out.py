@@ -37,7 +37,7 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
     if step.motion is not None:
         out += [Switch(edge, activate=True, motion=step.motion, first=step.variant), Moving(edge, step=step)]
         # Whatever the classifier says in the end: nothing else tells whether what is geared only while held is free.
-        return [*out, Switch(edge, activate=False, forced=True), Look(None, LOOK_TICKS)]
+        return [*out, Switch(edge, activate=False, forced=True, motion=step.motion), Look(None, LOOK_TICKS)]
     carried = indices(model, step.wanted, edge, but=step.until)
     goes_along = bool(step.before or step.after or step.until is None)
     before = indices(model, step.before, edge)
