@@ -44,9 +44,9 @@ class ToyModel:
             ends = {
                 n: np.array([s[n] for s in let_go.get(e.name, [])], dtype=float).reshape(-1, sizes[n]) for n in sizes
             }
-            probe = self.acts[e](rows[e.parent], rows[e.parent] + 0.05, rows[e.child])
-            effects = [SimpleNamespace(variable=i) for i in np.flatnonzero(np.abs(probe).max(axis=0) > 0)]
-            examples = SimpleNamespace(active=rows, deactivations=SimpleNamespace(after=ends))
+            probes = [self.acts[e](rows[e.parent], rows[e.parent] + push, rows[e.child]) for push in (0.05, -0.05)]
+            effects = [SimpleNamespace(variable=i) for i in np.flatnonzero(np.abs(probes).max(axis=(0, 1)) > 0)]
+            examples = SimpleNamespace(active=rows, inactive=ends, deactivations=SimpleNamespace(after=ends))
             step = np.full(sizes[e.parent], 0.1)
             self.edges[e] = SimpleNamespace(effects=effects, examples=examples, alignment=None, active_step=step)
 

@@ -241,7 +241,7 @@ def test_heating_is_learned_to_depend_on_all_parents_of_the_food() -> None:
 
 def test_food_behind_a_shut_door_cannot_be_held_and_the_door_is_worth_opening() -> None:
     model = knowledge().model
-    edge, door = Interaction(HAND, FOOD), next(c for c in knowledge().planner.carries if c.edge.child == DOOR)
+    edge, door = Interaction(HAND, FOOD), next(c for c in knowledge().planner.macros.carries if c.edge.child == DOOR)
     held = {n: v[0] for n, v in model.edges[edge].examples.active.items()}
     held[FOOD][:3] = scenario().camera().from_robot(np.array([*PLACE, 0.07]))
     states = []

@@ -11,10 +11,9 @@ from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.following import goes_along
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.planning.plan import States
-from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.planning.slope import least_motion, slope
 from ichain_drake.state import FloatArray
 
-_UNSHOWN = 0.05  # size of a motion that was not shown, as a share of that of others
 _PATIENCE = 3  # ticks
 _CORRECTED = 5  # ticks after which a carried object is looked at anew
 
@@ -101,38 +100,8 @@ class Carry(Task):
         return space.difference(full, state)[index]  # type: ignore[attr-defined]
 
     def _linearized(self, view: View, now: States, wanted: FloatArray) -> FloatArray:
-        """The least motion of the robot that makes a change, by the forward model's slope where it is.
-
-        Motions that were never shown while the interaction was active count for more than others: the model can't know
-        much about them, and the interaction may not last.
-        """
+        """Where the least motion leads that makes a change, by the forward model's slope where the robot is."""
         assert self.edge is not None
-        space = view.model.graph.objects[view.model.graph.root].observable
-        real = np.flatnonzero(~jumping(space))
         asked = np.flatnonzero(np.isfinite(wanted))
-        shown = np.where(view.model.edges[self.edge].active_step > 0, 1.0, _UNSHOWN)
-        size = np.maximum(shown * view.model.step_limit[view.model.graph.root], 1e-9)[real]
-        probes = np.repeat(view.command[None], len(real) + 1, axis=0)
-        probes[np.arange(len(real)), real] += size
-        states = {n: np.repeat(np.asarray(v)[None], len(probes), axis=0) for n, v in now.items()}
-        effect = view.model.effect(self.edge, states, probes)[:, asked]
-        motion = np.linalg.lstsq((effect[:-1] - effect[-1]).T, wanted[asked], rcond=0.02)[0]
-        command = view.command.copy()
-        command[real] += motion * size
-        return command
-
-
-@dataclass(eq=False)
-class CarryPart(Carry):
-    """Carry some variables while the others stay as they are when it begins."""
-
-    every: tuple[int, ...] = ()
-
-    def act(self, view: View) -> FloatArray | Failed | str:
-        """See `Task`."""
-        assert self.edge is not None
-        if self.every:
-            now = view.averaged()[self.edge.child]
-            self.target = {i: self.target.get(i, float(now[i])) for i in self.every}
-            self.every = ()
-        return super().act(view)
+        size, by_push = slope(view.model, self.edge, {**now, view.model.graph.root: view.command})
+        return np.asarray(view.command + least_motion(by_push[:, asked], wanted[asked]) * size)

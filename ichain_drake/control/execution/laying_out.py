@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ichain_drake.control.execution.carried import Carried
-from ichain_drake.control.execution.carrying import Carry, CarryPart
+from ichain_drake.control.execution.carrying import Carry
 from ichain_drake.control.execution.driving import Approach, Drive
 from ichain_drake.control.execution.following import pose_of
 from ichain_drake.control.execution.moving import Moving
@@ -14,7 +14,6 @@ from ichain_drake.control.execution.tasks import LOOK_TICKS, Look, Task
 from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import PlanStep, States
 from ichain_drake.graph import Interaction
-from ichain_drake.rules import enabled
 
 
 def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | None = None) -> list[Task]:
@@ -38,12 +37,12 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
     if step.motion is not None:
         out += [Switch(edge, activate=True, motion=step.motion, first=step.variant), Moving(edge, step=step)]
         # Whatever the classifier says in the end: nothing else tells whether what is geared only while held is free.
-        return [*out, Switch(edge, activate=False, forced=True), Look(None, LOOK_TICKS)]
+        return [*out, Switch(edge, activate=False, forced=True, motion=step.motion), Look(None, LOOK_TICKS)]
     carried = indices(model, step.wanted, edge, but=step.until)
     goes_along = bool(step.before or step.after or step.until is None)
     before = indices(model, step.before, edge)
-    first = carry_tasks(model, edge, before, place_first=True) if before else []
-    approach = carry_tasks(model, edge, carried, place_first=True) if goes_along and carried else []
+    first = [Carry(edge, target=before)] if before else []
+    approach = [Carry(edge, target=carried)] if goes_along and carried else []
     onward = next(iter([*first, *approach]), None)
     out.append(Switch(edge, activate=True, onward=onward, first=step.variant))
     out += first
@@ -54,10 +53,10 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
         out += [Approach(edge, carry=t, drive=drive) for t in approach]
         out.append(drive)
         if step.before:
-            out += carry_tasks(model, edge, indices(model, step.before, edge), place_first=False)
+            out.append(Carry(edge, target=indices(model, step.before, edge)))
     after = indices(model, step.after, edge)
     if after and after != carried:
-        out += carry_tasks(model, edge, after, place_first=False)
+        out.append(Carry(edge, target=after))
     if step.release:
         out.append(Switch(edge, activate=False))
     return [*out, Look(None, LOOK_TICKS)]
@@ -65,7 +64,7 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
 
 def _put_back(model: GraphModel, edge: Interaction, holds: Carried) -> list[Task]:
     pose = sorted(pose_of(model.graph.objects[edge.child].observable))
-    return carry_tasks(model, edge, {i: holds.origin[i] for i in pose}, place_first=False)
+    return [Carry(edge, target={i: holds.origin[i] for i in pose})]
 
 
 def indices(
@@ -87,23 +86,6 @@ def indices(
     return {space.index(v): x for (o, v), x in values.items() if o == edge.child and (o, v) != skip}
 
 
-def carry_tasks(model: GraphModel, edge: Interaction, target: Mapping[int, float], *, place_first: bool) -> list[Task]:
-    """Tasks that carry an object: its place and its orientation change one after the other, not at once.
-
-    Args:
-        model: the learned graph.
-        edge: from the robot to what is carried.
-        target: wanted values by the index of the variable.
-        place_first: whether it is brought to its place first and turned there, or turned first where it is.
-    """
-    space = model.graph.objects[edge.child].observable
-    place = {i for i in target if (r := space.variables[i].role) is not None and r.kind == "position"}
-    if not enabled("place_first") or not place or place == set(target):
-        return [Carry(edge, target=dict(target))]
-    part = {i: x for i, x in target.items() if (i in place) == place_first}
-    return [CarryPart(edge, target=part, every=tuple(target)), Carry(edge, target=dict(target))]
-
-
 def way_back(model: GraphModel, step: PlanStep, origin: Mapping[int, float]) -> list[Task]:
     """Put what a step carries where it was taken from, and let go.
 
@@ -115,5 +97,5 @@ def way_back(model: GraphModel, step: PlanStep, origin: Mapping[int, float]) -> 
     edge = step.chain[0]
     moved = {**indices(model, {**step.wanted, **step.before, **step.after}, edge, but=step.until)}
     target = {i: origin[i] for i in moved if i in origin}
-    back = carry_tasks(model, edge, target, place_first=False) if target else []
+    back = [Carry(edge, target=target)] if target else []
     return [*back, Switch(edge, activate=False)]

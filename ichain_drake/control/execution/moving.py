@@ -8,6 +8,7 @@ import numpy as np
 
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
+from ichain_drake.control.planning.motion import RETAKE_TICKS
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.control.tracking.offset import OffsetEstimate
@@ -15,6 +16,7 @@ from ichain_drake.state import FloatArray
 
 _SLACK_NOISES, _SLACK = 1.2, 0.005  # how near is there: noises of a reading, and a share of the demonstrated range
 _LOOKS = 3  # readings whose mean says that it is there
+_PATIENCE = 2 * RETAKE_TICKS  # ticks without getting on: a stroke back, or play that has to be taken up, is shorter
 _LOST, _OF = 4, 5  # readings of the last that say inactive, for a grasp to be lost
 
 
@@ -33,6 +35,8 @@ class Moving(Task):
     looks: int = 0
     foreseen: float | None = None  # value of the driven variable a tick later
     errors: FloatArray | None = None  # memory of the estimate of the models' error
+    best: float = np.inf  # least that was left to do
+    since: int = 0  # tick of that
 
     mode = Mode.DRIVE
 
@@ -63,7 +67,9 @@ class Moving(Task):
             self.looks, self.foreseen = self.looks + 1, None
             return DONE if self.looks > _LOOKS else view.command.copy()
         self.looks = 0
-        if self.ticks > 2 * step.ticks + 40:
+        if rest < self.best - slack:
+            self.best, self.since = rest, self.ticks
+        if self.ticks > 2 * step.ticks + 40 or self.ticks - self.since > _PATIENCE:
             return self._short(view, f"{target}.{name} is at {now[target][i]:.3g}, not yet at {value:.3g}")
         return self._move(view, now, rest)
 
@@ -83,7 +89,7 @@ class Moving(Task):
         root, child = model.graph.objects[edge.parent].observable, now[edge.child][None]
         node = int(motion.at(view.command[None], child)[0])
         if motion.again[node]:
-            self.retaking = [Switch(edge, activate=False), Switch(edge, activate=True, motion=motion)]
+            self.retaking = [Switch(edge, activate=False, motion=motion), Switch(edge, activate=True, motion=motion)]
             return view.command.copy()
         ahead = int(motion.onward[node])
         if ahead == node:

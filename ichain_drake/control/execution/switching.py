@@ -148,7 +148,7 @@ class Switch(Task):
     def _lay(self, view: View, activate: bool) -> list[FloatArray]:
         assert self.edge is not None
         states = view.averaged()
-        prefer = None
+        prefer = None if self.motion is None else view.command
         if activate and self.motion is not None:
             child = states[self.edge.child]
             prefer = taken_as(view.model, self.motion, int(self.motion.grasp(child[None])[0][0]), child)

@@ -67,8 +67,14 @@ class Record:
         )
 
     def _alike(self, past: Contradiction, states: States) -> bool:
-        """Whether all that the chain's interactions may depend on is where it was, but the robot."""
+        """Whether all that the chain's interactions may depend on is where it was, but the robot.
+
+        Nor what a motion moves on the way: it is the same motion wherever in it the objects are.
+        """
+        moved = {e.child for e in past.step.chain[:-1]} if past.step.motion is not None else set()
         for name in _around(self._model, past.step.chain):
+            if name in moved:
+                continue
             space = self._model.graph.objects[name].observable
             off = np.abs(space.difference(states[name], past.began[name]))
             if (off > np.where(jumping(space), 0.0, self._width(name))).any():

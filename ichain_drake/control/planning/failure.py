@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of, words
+from ichain_drake.control.planning.macros import Drive
 from ichain_drake.control.planning.model import GraphModel, span
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
 from ichain_drake.graph import Interaction
@@ -26,7 +26,7 @@ class Nearest:
         self.nearest = [float(value_of(c, start, model.graph)) for c in goal.conditions]
         self.blame: list[Interaction | None] = [None] * len(goal.conditions)
         self.best: tuple[States, tuple[int, ...]] = (start, tuple(range(len(goal.conditions))))
-        self.blocked: dict[tuple[str, int], tuple[int, float, Interaction]] = {}
+        self.blocked: dict[tuple[str, int, int], tuple[int, float, Interaction]] = {}
 
     def note(self, states: States, unmet: tuple[int, ...], edge: Interaction | None) -> None:
         """Take a predicted state into account.
@@ -45,16 +45,16 @@ class Nearest:
         if len(unmet) < len(self.best[1]):
             self.best = (states, unmet)
 
-    def note_blocked(self, chain: Sequence[Interaction], variable: int, edge: Interaction, margin: float) -> None:
+    def note_blocked(self, drive: Drive, edge: Interaction, margin: float) -> None:
         """Take a drive into account that could not begin; kept is the one that came furthest along its chain.
 
         Args:
-            chain: that should have driven.
-            variable: of its last object.
+            drive: that could not begin.
             edge: the interaction that was inactive.
             margin: its decision value, below 0.
         """
-        key, found = (chain[-1].child, variable), (list(chain).index(edge), margin, edge)
+        key = (drive.chain[-1].child, drive.variable, drive.direction)
+        found = (drive.chain.index(edge), margin, edge)
         self.blocked[key] = max(self.blocked.get(key, found), found, key=lambda f: f[:2])
 
     def failure(self, expansions: int, *, exhausted: bool) -> NoPlan:
@@ -76,7 +76,7 @@ class Nearest:
             c, edge = conditions[k], self._edge_of(k)
             index = graph.objects[c.object].observable.index(c.variable)
             tail = "" if kept_by_itself(self.model, c) else "; it does not keep its value once it is let go"
-            blocked = self.blocked.get((c.object, index))
+            blocked = self.blocked.get((c.object, index, 1 if self.nearest[k] < c.lower else -1))
             if blocked is not None and self.blame[k] is None:
                 edge = blocked[2]
                 tail = f"; {edge.name} never became active on the way, its nearest decision value is {blocked[1]:.2g}"

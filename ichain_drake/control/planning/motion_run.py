@@ -41,7 +41,9 @@ class MotionRun(Run):
         self.paused = np.where(self.away, RETAKE_TICKS, 0)
         for r, m in enumerate(self.motions):
             child = self.now[m.edge.child][r : r + 1]
-            node = m.grasp(child)[0] if self.away[r] else m.at(self.now[self.root][r : r + 1], child)
+            if self.away[r]:  # it comes back with its hand open: nothing goes along on that way
+                self.now[self.root][r] = taken_as(self.model, m, int(m.grasp(child)[0][0]), child[0])
+            node = m.at(self.now[self.root][r : r + 1], child)
             self.away[r] = not self.away[r] and m.again[node[0]]
             out[r] = self.parked if self.away[r] else m.robot[m.onward[node[0]]]
         return out

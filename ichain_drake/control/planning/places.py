@@ -10,8 +10,9 @@ import numpy as np
 from ichain_drake.control.planning.enabling import Enabling
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
 from ichain_drake.control.planning.macros import Carry
-from ichain_drake.control.planning.model import Batch, GraphModel, span
+from ichain_drake.control.planning.model import Batch, GraphModel, row, span
 from ichain_drake.control.planning.plan import Condition, States
+from ichain_drake.control.planning.slope import least_motion, slope
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -111,9 +112,28 @@ def _wanted(model: GraphModel, carry: Carry, start: States, conditions: Sequence
         if name in mine:
             away += gap(mine[name], known[:, k]) / width[k]
     pose = known[int(np.argmin(away))].copy()
+    change, asked = np.zeros(len(pose)), np.array([name in mine for name in names])
     for k, name in enumerate(names):
         if name in mine:
             c = mine[name]
             middle = 0.5 * (c.lower + c.upper)
-            pose[k] = middle if np.isfinite(middle) else np.clip(pose[k], c.lower, c.upper)
-    return pose
+            change[k] = (middle if np.isfinite(middle) else np.clip(pose[k], c.lower, c.upper)) - pose[k]
+    rest = _goes_along(model, carry, pose, np.where(asked, change, np.nan))
+    return pose + np.where(asked, change, np.where(np.abs(rest) > _SAME * width, rest, 0.0))
+
+
+def _goes_along(model: GraphModel, carry: Carry, pose: FloatArray, change: FloatArray) -> FloatArray:
+    """What changes of a pose where some of it is changed, since one motion does both: a drawer's place and its opening.
+
+    Args:
+        model: the learned graph.
+        carry: what is carried.
+        pose: values of the followed variables, shape (n_follow,).
+        change: wanted, NaN where nothing is asked, shape (n_follow,).
+    """
+    samples = model.edges[carry.edge].examples.active
+    near = np.abs(samples[carry.edge.child][:, carry.follow] - pose) / span(model, carry.edge.child)[carry.follow]
+    states = row(samples, int(np.argmin(near.sum(axis=1))))
+    by_push = slope(model, carry.edge, states)[1][:, carry.follow]
+    asked = np.isfinite(change)
+    return np.asarray(by_push.T @ least_motion(by_push[:, asked], change[asked]))

@@ -191,7 +191,7 @@ class Search:
         for (node, drive), outcomes in zip(rows, results, strict=True):
             for outcome in outcomes:
                 if outcome.lost is not None:
-                    self.nearest.note_blocked(drive.chain, drive.variable, outcome.lost, outcome.margin)
+                    self.nearest.note_blocked(drive, outcome.lost, outcome.margin)
                 else:
                     out += self._child(node, self._step(node, drive, outcome), outcome.states)
         return out

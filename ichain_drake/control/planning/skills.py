@@ -59,7 +59,7 @@ class Skills:
             activate: or deactivate.
             states: now, shape (n_variables,) each; the robot's is its last command.
             attempt: number of the attempt, from 0; each takes another event.
-            prefer: robot state in which the object should be taken, shape (n_root,); None for any.
+            prefer: robot state in which the object should be taken, or let go of, shape (n_root,); None for any.
 
         Raises:
             InputError: if no such event was demonstrated and no function is given.
@@ -72,7 +72,7 @@ class Skills:
             raise InputError(
                 f"{edge.name}: it is {what} in no demonstration; add a piece, or give a function as a skill"
             )
-        paths = [_moved(model, edge, w, states, activate) for w in windows]
+        paths = [_moved(model, edge, w, states, activate, here=prefer is not None) for w in windows]
         order = _ranking(model, edge, windows, paths, states, activate, prefer)
         return paths[order[_spread(attempt, len(order))]]
 
@@ -128,14 +128,19 @@ def _spread(attempt: int, count: int) -> int:
     return 0 if attempt == 0 else (attempt * max(1, count // 4) + attempt // 4) % count
 
 
-def _moved(model: GraphModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool) -> FloatArray:
-    """A window's path for the present states: where the object takes part in the alignment, relative to it."""
+def _moved(
+    model: GraphModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool, *, here: bool
+) -> FloatArray:
+    """A window's path for the present states: where the object takes part in the alignment, relative to it.
+
+    What is let go of `here` is let go of where the robot is, whether it is known how the object's place goes with it.
+    """
     alignment: Any = model.edges[edge].alignment
     path = window.root.copy()
-    if alignment is None:
+    if alignment is None and (activate or not here):
         return path if activate else path[max(window.event - 1, 0) :]
-    place = list(alignment.parent.indices)
     if activate:
+        place = list(alignment.parent.indices)
         child = list(alignment.child.indices)
         path[:, place] += (states[edge.child][child] - window.child[child]) @ alignment.turn
         return path

@@ -78,7 +78,7 @@ def test_a_goal_that_can_not_be_met_names_condition_nearest_value_and_edge() -> 
     assert isinstance(found, NoPlan)
     assert (found.condition.variable, found.edge and found.edge.name) == ("water", "tank->cup")
     assert found.closest == pytest.approx(0.05)
-    assert "can't be met: 0.05 is the nearest" in found.reason
+    assert "was not found to be met: 0.05 is the nearest" in found.reason  # a state was left out: it is no proof
 
 
 def test_conditions_that_exclude_each_other_are_told_apart_from_one_that_never_holds() -> None:

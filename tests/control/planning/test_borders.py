@@ -1,0 +1,87 @@
+"""A drive may stop where an interaction becomes possible or stops being possible, and objects go where one would be."""
+
+from types import SimpleNamespace
+
+import numpy as np
+from toy_models import TAP_START, tap
+
+from ichain_drake.control.planning.borders import crossed, find_borders
+from ichain_drake.control.planning.enabling import find_enabling
+from ichain_drake.control.planning.goals import parse_goal
+from ichain_drake.control.planning.macros import find_carries, find_drives
+from ichain_drake.control.planning.places import carry_targets
+from ichain_drake.control.planning.plan import Plan
+from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.control.planning.simulate import simulate
+from ichain_drake.graph import Interaction
+
+FALL, TAKE = Interaction("tank", "cup"), Interaction("robot", "cup")
+
+
+def narrow():
+    """A tap whose tank gives water only while it holds between .35 and .65."""
+    model = tap()
+    place = model.gates[FALL]
+    model.gates[FALL] = lambda s: np.minimum(place(s), 0.15 - np.abs(s["tank"][:, 0] - 0.5))
+    return model
+
+
+def test_borders_lie_just_inside_the_range_in_which_an_interaction_is_possible() -> None:
+    model = narrow()
+    model.low["tank"][0], model.high["tank"][0] = 0.0, 1.0
+    found = [b for b in find_borders(model, find_carries(model)) if b.edge == FALL]
+    assert {(b.object, b.variable) for b in found} == {("tank", 0)}
+    low, high = sorted(b.value for b in found)
+    assert 0.35 < low < 0.45
+    assert 0.55 < high < 0.65
+
+
+def test_a_drive_stops_there_and_not_at_the_brim() -> None:
+    model = narrow()
+    model.low["tank"][0], model.high["tank"][0] = 0.0, 1.0
+    carries = find_carries(model)
+    drive = next(d for d in find_drives(model, carries) if d.chain[-1].child == "tank")
+    start = {**TAP_START, "tank": np.array([0.8, 0.0])}
+    borders = [b for b in find_borders(model, carries) if b.edge == FALL]
+    (found,) = simulate(model, [(start, drive)], start["robot"], (), borders)
+    values = sorted((b.value for b in borders), reverse=True)
+    np.testing.assert_allclose([o.end for o in found], [*values, 0.0], atol=1e-6)
+    assert len(simulate(model, [(start, drive)], start["robot"], ())[0]) == 1
+
+
+def test_where_a_series_passes_a_value() -> None:
+    assert crossed(np.array([0.0, 1.0, 3.0]), 2.0) == (2, 0.5)
+    assert crossed(np.array([2.0, 1.0]), 2.0) is None  # it begins there
+    assert crossed(np.array([0.0, 1.0]), 2.0) is None
+
+
+def test_an_object_is_brought_where_something_later_makes_its_interaction_possible() -> None:
+    # Water falls only while the tap is pressed, which nothing does yet when the cup is placed.
+    model = tap()
+    place = model.gates[FALL]
+    model.gates[FALL] = lambda s: np.minimum(place(s), s["tap"][:, 0] - 0.5)
+    carry = find_carries(model)[0]
+    enabling = find_enabling(model, carry)
+    assert [e.edge for e in enabling] == [FALL]
+    np.testing.assert_allclose(enabling[0].place, [1.0], atol=0.05)
+    assert enabling[0].missing(model, [TAP_START, {**TAP_START, "cup": np.array([1.0, 0.0])}]).tolist() == [True, False]
+    (targets,) = carry_targets(model, carry, [TAP_START], TAP_START, (), enabling)
+    assert any(abs(t[0] - 1.0) < 0.05 for t in targets)
+    assert not any(abs(t[0] - 1.0) < 0.05 for t in carry_targets(model, carry, [TAP_START], TAP_START, ())[0][:1])
+    found = GraphPlanner(model).plan(TAP_START, parse_goal(["cup.water >= 0.5"], model))
+    assert isinstance(found, Plan)
+    assert [s.chain[-1] for s in found.steps] == [TAKE, FALL]
+
+
+def test_a_place_and_an_opening_that_one_motion_changes_are_wanted_together() -> None:
+    model = tap()
+    # The cup's water is told by its place: a drawer's opening, say.
+    model.acts[TAKE] = lambda p, q, c: np.repeat(q[..., :1] - p[..., :1], 2, axis=-1)
+    model.edges[TAKE].effects.append(SimpleNamespace(variable=1))
+    carry = find_carries(model)[0]
+    assert carry.follow.tolist() == [0, 1]
+    start = {**TAP_START, "cup": np.array([0.2, 0.1])}
+    goal = parse_goal(["0.39 <= cup.water <= 0.41"], model, start)
+    wanted = carry_targets(model, carry, [start], start, goal.conditions)[0][0]
+    assert wanted[1] == 0.4
+    assert abs((wanted[0] - wanted[1]) - (start["cup"][0] - start["cup"][1])) < 1e-6 or wanted[0] - 0.4 in carry.places
