@@ -132,11 +132,11 @@ def test_a_designers_skills_are_given_anew(library):
     assert load_knowledge(library, "lantern", DrawnLamp.graph) is None
 
 
-def test_a_library_without_the_graph_leaves_it_to_be_learned(ichain, demos, tmp_path):
+def test_a_library_that_holds_nothing_is_refused_before_anything_is_learned(ichain, demos, tmp_path):
     (tmp_path / "empty").mkdir()
     planned = ichain("plan", "lamp", "--physics", "ideal", "--library", tmp_path / "empty", "--demos", demos)
-    assert planned.status == 0
-    assert "learning" in planned.err
+    assert planned.status == 2
+    assert "empty: holds no interactions" in planned.line
 
 
 @pytest.mark.parametrize("command", ["run", "plan", "learn", "teach", "evaluate"])

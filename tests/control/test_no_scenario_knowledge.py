@@ -28,6 +28,7 @@ CONTRACT = {
     "steps": "control steps, in a message",
     "ahead": "ticks ahead, in a message about a saved prediction",
     "t": "time, in messages",
+    "slip": "of a person who flags: the probability that a flag is wrong, in a report",
 }
 # Systems that an extra is needed for.
 EXTRA = {"car_racing"}

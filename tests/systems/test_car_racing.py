@@ -232,7 +232,7 @@ def test_the_car_games_hand_serves_here(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ("game.steer=0", "game.steer is 0.* at most 1"),
+        ("game.steer=0", "game.steer is 0.* up to 1"),
         ("game.gas=1.5", "game.gas is 1.5"),
         ("game.track=-1", "game.track is -1"),
         ("game.steps=0", "game.steps is 0; give a whole number from 1"),
