@@ -1,8 +1,8 @@
 """Rules of thumb that are not the paper's: each has a name, a reason and a switch.
 
 A rule is asked for where it acts, `if rules.enabled("carry_further")`, and switched off around a run, `with
-rules.without(["carry_further"])`; `ichain run`, `evaluate` and `scoreboard` have `--without NAME` for it. A rule that no row
-of the scoreboard needs is deleted.
+rules.without(["carry_further"])`; `ichain run`, `evaluate` and `scoreboard` have `--without NAME` for it. A rule
+that no row of the scoreboard needs is deleted.
 """
 
 from __future__ import annotations
