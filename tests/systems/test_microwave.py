@@ -11,7 +11,7 @@ from oven_pieces import oven, oven_pieces
 from pydrake.multibody.plant import MultibodyPlant
 
 from ichain_drake.cli.evaluate_graph import format_evaluation
-from ichain_drake.control.planning.enabling import enabling_places
+from ichain_drake.control.planning.enabling import find_enabling
 from ichain_drake.control.planning.holding import can_hold
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
@@ -250,9 +250,10 @@ def test_food_behind_a_shut_door_cannot_be_held_and_the_door_is_worth_opening() 
         states[-1][DOOR][1] = at
     assert can_hold(model, edge, states).tolist() == [True, False]
     assert can_hold(model, edge, []).shape == (0,)
-    at_open, at_shut = enabling_places(model, door, states)
-    assert max(float(p[0]) for p in at_shut) > 0.9 * OPEN
-    assert not any(float(p[0]) > 0.9 * OPEN for p in at_open)
+    found = find_enabling(model, door)
+    at_open, at_shut = ([float(e.place[0]) for e in found if e.missing(model, states)[k]] for k in range(2))
+    assert max(at_shut) > 0.9 * OPEN
+    assert not any(place > 0.9 * OPEN for place in at_open)
 
 
 def test_cold_food_outside_becomes_hot_food_in_the_shut_oven() -> None:

@@ -105,3 +105,19 @@ class Carry(Task):
         asked = np.flatnonzero(np.isfinite(wanted))
         size, by_push = slope(view.model, self.edge, {**now, view.model.graph.root: view.command})
         return np.asarray(view.command + least_motion(by_push[:, asked], wanted[asked]) * size)
+
+
+@dataclass(eq=False)
+class CarryPart(Carry):
+    """Carry some variables while the others stay as they are when it begins."""
+
+    every: tuple[int, ...] = ()
+
+    def act(self, view: View) -> FloatArray | Failed | str:
+        """See `Task`."""
+        assert self.edge is not None
+        if self.every:
+            now = view.averaged()[self.edge.child]
+            self.target = {i: self.target.get(i, float(now[i])) for i in self.every}
+            self.every = ()
+        return super().act(view)

@@ -16,7 +16,7 @@ from ichain_drake.control.execution.carrying import Carry
 from ichain_drake.control.execution.course import Motion
 from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
-from ichain_drake.control.execution.laying_out import indices, step_tasks, way_back
+from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
 from ichain_drake.control.execution.memory import ExecutorSettings, Memory
 from ichain_drake.control.execution.monitoring import deviation, gone, unmet
 from ichain_drake.control.execution.switching import Switch
@@ -247,7 +247,7 @@ class Executor:
             if failure.cause == "reach":  # what is held over nothing would fall
                 back = way_back(self.model, step, dict(enumerate(origin)))
             elif failure.cause != "carry" and step.before:
-                back = [Carry(edge, target=indices(self.model, step.before, edge))]
+                back = carry_tasks(self.model, edge, indices(self.model, step.before, edge), place_first=False)
         elif failure.cause != "deactivation":
             back = [Switch(edge, activate=False, forced=True)]
             if failure.cause == "lost" and origin and enabled("take_back"):  # it may only be caught on something

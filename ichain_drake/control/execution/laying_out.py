@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ichain_drake.control.execution.carried import Carried
-from ichain_drake.control.execution.carrying import Carry
+from ichain_drake.control.execution.carrying import Carry, CarryPart
 from ichain_drake.control.execution.driving import Approach, Drive
 from ichain_drake.control.execution.following import pose_of
 from ichain_drake.control.execution.moving import Moving
@@ -13,6 +13,7 @@ from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.tasks import LOOK_TICKS, Look, Task
 from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import PlanStep, States
+from ichain_drake.control.planning.slope import independent
 from ichain_drake.graph import Interaction
 
 
@@ -41,8 +42,8 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
     carried = indices(model, step.wanted, edge, but=step.until)
     goes_along = bool(step.before or step.after or step.until is None)
     before = indices(model, step.before, edge)
-    first = [Carry(edge, target=before)] if before else []
-    approach = [Carry(edge, target=carried)] if goes_along and carried else []
+    first = carry_tasks(model, edge, before, place_first=True) if before else []
+    approach = carry_tasks(model, edge, carried, place_first=True) if goes_along and carried else []
     onward = next(iter([*first, *approach]), None)
     out.append(Switch(edge, activate=True, onward=onward, first=step.variant))
     out += first
@@ -53,10 +54,10 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
         out += [Approach(edge, carry=t, drive=drive) for t in approach]
         out.append(drive)
         if step.before:
-            out.append(Carry(edge, target=indices(model, step.before, edge)))
+            out += carry_tasks(model, edge, indices(model, step.before, edge), place_first=False)
     after = indices(model, step.after, edge)
     if after and after != carried:
-        out.append(Carry(edge, target=after))
+        out += carry_tasks(model, edge, after, place_first=False)
     if step.release:
         out.append(Switch(edge, activate=False))
     return [*out, Look(None, LOOK_TICKS)]
@@ -64,7 +65,7 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
 
 def _put_back(model: GraphModel, edge: Interaction, holds: Carried) -> list[Task]:
     pose = sorted(pose_of(model.graph.objects[edge.child].observable))
-    return [Carry(edge, target={i: holds.origin[i] for i in pose})]
+    return carry_tasks(model, edge, {i: holds.origin[i] for i in pose}, place_first=False)
 
 
 def indices(
@@ -86,6 +87,25 @@ def indices(
     return {space.index(v): x for (o, v), x in values.items() if o == edge.child and (o, v) != skip}
 
 
+def carry_tasks(model: GraphModel, edge: Interaction, target: Mapping[int, float], *, place_first: bool) -> list[Task]:
+    """Carrying in two parts: what is turned is turned at the place where that is wanted, not on the way.
+
+    Turned on the way, a full cup spills. What one motion changes (a drawer's place and its opening) has no parts.
+
+    Args:
+        model: the learned graph.
+        edge: from the robot to what is carried.
+        target: wanted values by the index of the variable.
+        place_first: whether to turn at the place of arrival, else where it is.
+    """
+    space = model.graph.objects[edge.child].observable
+    place = {i for i in target if (r := space.variables[i].role) is not None and r.kind == "position"}
+    if not place or place == set(target) or not independent(model, edge, sorted(target)):
+        return [Carry(edge, target=dict(target))]
+    part = {i: x for i, x in target.items() if (i in place) == place_first}
+    return [CarryPart(edge, target=part, every=tuple(target)), Carry(edge, target=dict(target))]
+
+
 def way_back(model: GraphModel, step: PlanStep, origin: Mapping[int, float]) -> list[Task]:
     """Put what a step carries where it was taken from, and let go.
 
@@ -97,5 +117,5 @@ def way_back(model: GraphModel, step: PlanStep, origin: Mapping[int, float]) -> 
     edge = step.chain[0]
     moved = {**indices(model, {**step.wanted, **step.before, **step.after}, edge, but=step.until)}
     target = {i: origin[i] for i in moved if i in origin}
-    back = [Carry(edge, target=target)] if target else []
+    back = carry_tasks(model, edge, target, place_first=False) if target else []
     return [*back, Switch(edge, activate=False)]

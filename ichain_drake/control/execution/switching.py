@@ -152,7 +152,7 @@ class Switch(Task):
         if activate and self.motion is not None:
             child = states[self.edge.child]
             prefer = taken_as(view.model, self.motion, int(self.motion.grasp(child[None])[0][0]), child)
-        path = view.skills.path(view.model, self.edge, activate, states, self.first + self.attempt, prefer)
+        path = view.skills.path(view.model, self.edge, activate, states, self.attempt, prefer, self.first)
         self.far, self.course = 0, Course()
         if not activate:
             return list(path)

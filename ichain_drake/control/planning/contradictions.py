@@ -61,7 +61,8 @@ class Record:
         if one.chain != other.chain or (one.until is None) != (other.until is None):
             return False
         if one.until is not None and other.until is not None:
-            return one.until[:3] == other.until[:3]
+            # Held still, a chain does all that it does at once; whichever variable says when to stop, it is one option.
+            return one.motion is None or one.until[2] == other.until[2]
         return one.wanted.keys() == other.wanted.keys() and all(
             abs(one.wanted[k] - other.wanted[k]) <= self._width(k[0])[self._index(*k)] for k in one.wanted
         )

@@ -16,6 +16,7 @@ from ichain_drake.control.planning.model import (
     Batch,
     BoolArray,
     GraphModel,
+    conserved,
     is_change,
     keeps,
     row,
@@ -39,6 +40,8 @@ _BIAS = 0.25  # of the change in the other direction: less may be a bias of the 
 NOISES = 5.0
 _NEARLY_BEST = 0.9  # of the best sample's change: among those the surest one is taken
 _QUIET = 0.05  # of the best sample's change
+_SEEN = 3  # demonstrated poses
+_UNSEEN = 4.0  # weight of the distance from what was demonstrated
 _MOST_SAMPLES = 60  # per chain
 
 
@@ -145,7 +148,17 @@ def find_drives(model: GraphModel, carries: tuple[Carry, ...]) -> tuple[Drive, .
         if len(rows):
             sure = np.min([margins[e][rows] for e in chain], axis=0)
             out += _drives_of(model, chain, by_edge.get(chain[0]), take(batch, rows), take(change, rows), sure)
-    return tuple(out)
+    return tuple(d for d in out if not _subsumed(model, d, out))
+
+
+def _subsumed(model: GraphModel, drive: Drive, every: list[Drive]) -> bool:
+    """Whether a carried object drives more than the chain says, and a longer chain says so."""
+    longer = [
+        d.chain[len(drive.chain)]
+        for d in every
+        if len(d.chain) > len(drive.chain) and d.chain[: len(drive.chain)] == drive.chain
+    ]
+    return drive.carry is not None and any(float(model.decide(e, drive.hold)) >= 0 for e in longer)
 
 
 def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
@@ -203,7 +216,10 @@ def _drives_of(
             before = hold
             if carry is not None:
                 quiet = np.abs(total) < _QUIET * best
-                before = _quiet_row(model, carry, poses, quiet, hold)
+                brimful = (
+                    np.abs(_probe(model, _brimful(model, carry, poses), _LONG_TICKS)[target][:, v]) < _QUIET * best
+                )
+                before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
             rate = float(speed[fastest]) / _PROBE_TICKS
             out.append(Drive(chain, int(v), direction, rate, carry, row(poses, hold), row(poses, before)))
     return out
@@ -215,6 +231,15 @@ def _in_context(model: GraphModel, first: str, carry: Carry | None, batch: Batch
     out[model.graph.root] = batch[model.graph.root].copy()
     part = slice(None) if carry is None else carry.follow
     out[first][:, part] = batch[first][:, part]
+    return out
+
+
+def _brimful(model: GraphModel, carry: Carry, batch: Batch) -> Batch:
+    """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
+    obj = carry.edge.child
+    amounts = [i for group in conserved(model) for n, i in group if n == obj]
+    out = {n: v.copy() for n, v in batch.items()}
+    out[obj][:, amounts] = model.high[obj][amounts]
     return out
 
 
@@ -231,5 +256,23 @@ def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, 
     pose = batch[obj][:, carry.follow]
     away = np.abs(pose[rows, None, :] - carry.places[None]).min(axis=1) / width
     distance = 2.0 * away.sum(axis=1) + (np.abs(pose[rows] - pose[hold]) / width).sum(axis=1)
+    distance += _UNSEEN * _unseen(model, carry, pose[rows], width)
     turned = model.graph.objects[root].observable.difference(batch[root][rows], batch[root][hold])
     return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])
+
+
+def _unseen(model: GraphModel, carry: Carry, poses: FloatArray, width: FloatArray) -> FloatArray:
+    """How far poses, not turned yet, are from demonstrated ones, in demonstrated ranges, shape (n,).
+
+    Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.
+    """
+    obj = carry.edge.child
+    variables = model.graph.objects[obj].observable.variables
+    turned = [k for k, i in enumerate(carry.follow) if (r := variables[i].role) is None or r.kind != "position"]
+    if len(turned) in (0, len(carry.follow)):
+        return np.zeros(len(poses))
+    before = poses.copy()
+    before[:, turned] = np.median(carry.places[:, turned], axis=0)
+    seen = model.edges[carry.edge].examples.active[obj][:, carry.follow]
+    away = (np.abs(before[:, None, :] - seen[None]) / width).sum(axis=2)
+    return np.sort(away, axis=1)[:, min(_SEEN, len(seen)) - 1]

@@ -50,6 +50,7 @@ class Skills:
         states: States,
         attempt: int,
         prefer: FloatArray | None = None,
+        first: int = 0,
     ) -> FloatArray:
         """Robot states to pass, shape (n, n_root), that should switch an interaction.
 
@@ -60,6 +61,7 @@ class Skills:
             states: now, shape (n_variables,) each; the robot's is its last command.
             attempt: number of the attempt, from 0; each takes another event.
             prefer: robot state in which the object should be taken, or let go of, shape (n_root,); None for any.
+            first: rank of the event that the first attempt takes: the surest one, or the next after a failure.
 
         Raises:
             InputError: if no such event was demonstrated and no function is given.
@@ -74,7 +76,7 @@ class Skills:
             )
         paths = [_moved(model, edge, w, states, activate, here=prefer is not None) for w in windows]
         order = _ranking(model, edge, windows, paths, states, activate, prefer)
-        return paths[order[_spread(attempt, len(order))]]
+        return paths[order[(first + _spread(attempt, len(order))) % len(order)]]
 
 
 def learn_skills(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ichain_drake.control.planning.model import GraphModel
+from ichain_drake.control.planning.model import GraphModel, row
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
@@ -47,3 +49,19 @@ def least_motion(by_push: FloatArray, wanted: FloatArray) -> FloatArray:
         wanted: the change, shape (n_wanted,).
     """
     return np.asarray(np.linalg.lstsq(by_push.T, wanted, rcond=_DEPENDENT)[0])
+
+
+def independent(model: GraphModel, edge: Interaction, variables: Sequence[int]) -> bool:
+    """Whether the robot can change each of some variables of a child without the others, where it was shown to.
+
+    Args:
+        model: the learned graph.
+        edge: from the robot.
+        variables: indices of the child's.
+    """
+    samples = model.edges[edge].examples.active
+    if not len(samples[edge.child]):
+        return True
+    by_push = slope(model, edge, row(samples, len(samples[edge.child]) // 2))[1][:, list(variables)]
+    size = np.linalg.svd(by_push / np.maximum(np.abs(by_push).max(axis=0), 1e-12), compute_uv=False)
+    return bool((size > _DEPENDENT * size[0]).sum() == len(variables))

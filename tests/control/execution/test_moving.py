@@ -7,6 +7,7 @@ from ichain_drake.control.execution.executor import Executor, Memory
 from ichain_drake.control.execution.following import goes_along
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import parse_goal
+from ichain_drake.control.planning.plan import NoPlan
 from ichain_drake.control.planning.planner import GraphPlanner
 
 
@@ -63,3 +64,20 @@ def test_what_has_a_value_of_its_own_goes_along_by_the_change_of_the_effect() ->
     stuck = [{**r, "knob": np.array([0.5])} for r in held]
     assert goes_along(model, TURN, held) is True
     assert goes_along(model, TURN, stuck) is False
+
+
+def test_a_goal_that_holds_is_seen_before_anything_is_given_up() -> None:
+    model = shade()
+    goal = parse_goal(["shade.height <= 0.5"], model, SHADE_START)
+    refused = NoPlan(goal.conditions[0], 0.3, None, "nothing was found")
+    run = Executor(model, shade_skills(), lambda *asked: refused, goal)
+    memory = run.start(SHADE_START["robot"])
+    for _ in range(60):
+        run.decide(memory, SHADE_START, dict.fromkeys(SHADE_START, True))
+    assert memory.mode == Mode.REACHED
+    assert memory.log[-1][1] == "no plan: the goal holds all the same"
+    run.goal = parse_goal(["shade.height >= 0.5"], model, SHADE_START)
+    memory = run.start(SHADE_START["robot"])
+    for _ in range(60):
+        run.decide(memory, SHADE_START, dict.fromkeys(SHADE_START, True))
+    assert (memory.mode, memory.cause, memory.reason) == (Mode.STOPPED, "no plan", "nothing was found")
