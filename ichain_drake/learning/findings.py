@@ -123,7 +123,7 @@ def _repeats(
 
 
 def _inverted(data: GraphData, edge: Interaction, model: InteractionModel) -> list[Finding]:
-    """Whether the flags of an edge say the opposite: what tells nothing about them tells the contrary."""
+    """Whether the flags of an edge say the opposite: what tells about them tells the contrary clearly better."""
     learned, truth = model.edges[edge], data.flag(edge)
     if truth.all() or not truth.any():
         return []
@@ -132,10 +132,10 @@ def _inverted(data: GraphData, edge: Interaction, model: InteractionModel) -> li
     choice = input_choice(data, edge)
     given, opposite = (choice.left_out(chosen, on) for on in (truth, ~truth))
     rate = np.where(truth, truth.mean(), 1.0 - truth.mean())
-    if given.sum() > np.log(rate).sum() or not clearly(by_part(opposite - np.log(rate), data.piece_index())):
+    if not clearly(by_part(opposite - given, data.piece_index()), len(truth)):
         return []
     text = f"{edge.name}: its flags tell when it is inactive, not when it is active: they look inverted; swap 0 and 1"
-    return [Finding("", (0, 0), edge.name, text, fatal=True)]
+    return [Finding("", (0, 0), edge.name, text, fatal=bool(given.sum() <= np.log(rate).sum()))]
 
 
 def _wrong_flags(data: GraphData, edge: Interaction, model: InteractionModel) -> list[Finding]:
