@@ -33,6 +33,9 @@ class Rule:
 
 _PLANNING, _EXECUTION = "control.planning", "control.execution"
 _EVERY = (
+    Rule("subsumed", "a carried object may drive more than its chain says: then the longer chain is meant", _PLANNING),
+    Rule("brimful", "a fuller vessel than was shown pours earlier: begin where not even a full one would", _PLANNING),
+    Rule("unseen", "a pose that was only passed through may be out of reach before it is turned", _PLANNING),
     Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),
     Rule("conserve", "errors of learned flows add up: a long drive would make water out of nothing", _PLANNING),
     Rule("corners", "a straight way may switch something: go around by a state that was shown", _PLANNING),
@@ -46,6 +49,7 @@ _EVERY = (
     Rule("deviation", "a step that ended elsewhere than predicted: plan anew, not on", _EXECUTION),
     Rule("take_back", "what seems lost may be caught on something: let go of in the air it would fall", _EXECUTION),
     Rule("goes_along", "a grasp that the classifier doubts holds if the object moves with the robot", _EXECUTION),
+    Rule("place_first", "what is turned is turned at its place, not on the way: it would spill", _EXECUTION),
 )
 RULES: dict[str, Rule] = {rule.name: rule for rule in _EVERY}
 """All rules by name, planning first."""

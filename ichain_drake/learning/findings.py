@@ -14,8 +14,8 @@ from ichain_drake.learning.blocks import runs
 from ichain_drake.learning.data import GraphData, collect
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.selection import by_part, clearly
-from ichain_drake.learning.status.choice import Candidate
-from ichain_drake.learning.status.status import input_choice, input_noise
+from ichain_drake.learning.status.choice import InputChoice
+from ichain_drake.learning.status.status import left_out_folds, status_candidates
 from ichain_drake.timing import TICK
 
 
@@ -123,19 +123,21 @@ def _repeats(
 
 
 def _inverted(data: GraphData, edge: Interaction, model: InteractionModel) -> list[Finding]:
-    """Whether the flags of an edge say the opposite: what tells nothing about them tells the contrary."""
-    learned, truth = model.edges[edge], data.flag(edge)
-    if truth.all() or not truth.any():
+    """Whether the flags of an edge say the opposite: what tells about them tells the contrary clearly better."""
+    truth, piece = data.flag(edge), data.piece_index()
+    if truth.all() or np.mean(truth) <= np.mean(~truth):
         return []
-    states = {n: data.stacked(n) for n in (edge.child, *data.graph.parents(edge.child))}
-    chosen = [Candidate(i, i(states), input_noise(i, model.noise)) for i in learned.status.inputs]
-    choice = input_choice(data, edge)
-    given, opposite = (choice.left_out(chosen, on) for on in (truth, ~truth))
+    candidates = status_candidates(data, edge, {e: k.alignment for e, k in model.edges.items()}, model.noise)
+    likelihood = []
+    for flags in (truth, ~truth):
+        choice = InputChoice(flags, piece, left_out_folds(flags, piece), np.ones(len(flags), dtype=bool))
+        likelihood.append(choice.left_out(choice.choose(candidates)))
+    given, opposite = likelihood
     rate = np.where(truth, truth.mean(), 1.0 - truth.mean())
-    if given.sum() > np.log(rate).sum() or not clearly(by_part(opposite - np.log(rate), data.piece_index())):
+    if not clearly(by_part(opposite - given, piece), len(truth)):
         return []
     text = f"{edge.name}: its flags tell when it is inactive, not when it is active: they look inverted; swap 0 and 1"
-    return [Finding("", (0, 0), edge.name, text, fatal=True)]
+    return [Finding("", (0, 0), edge.name, text, fatal=bool(given.sum() <= np.log(rate).sum()))]
 
 
 def _wrong_flags(data: GraphData, edge: Interaction, model: InteractionModel) -> list[Finding]:

@@ -116,7 +116,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
     acting = np.concatenate(
         [p.states[obj][np.any([p.flags[e] for e in data.incoming(obj)], axis=0)] for p in data.pieces]
     )
-    away = float(np.median(np.abs(acting[:, i] - middle))) if len(acting) else 0.0
+    away = float(np.sqrt(np.mean((acting[:, i] - middle) ** 2))) if len(acting) else 0.0
     # Two readings' noise is in a change, one's in a distance from rest.
     gain = change**2 / (4.0 * noise[i] ** 2) - (end[:, i] - middle) ** 2 / (2.0 * noise[i] ** 2)
     if clearly(by_part(np.where(np.abs(start[:, i] - middle) >= away, gain, 0.0), np.concatenate(quiet_piece))):

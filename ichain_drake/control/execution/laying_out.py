@@ -15,6 +15,7 @@ from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import PlanStep, States
 from ichain_drake.control.planning.slope import independent
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 
 
 def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | None = None) -> list[Task]:
@@ -100,7 +101,7 @@ def carry_tasks(model: GraphModel, edge: Interaction, target: Mapping[int, float
     """
     space = model.graph.objects[edge.child].observable
     place = {i for i in target if (r := space.variables[i].role) is not None and r.kind == "position"}
-    if not place or place == set(target) or not independent(model, edge, sorted(target)):
+    if not enabled("place_first") or not place or place == set(target) or not independent(model, edge, sorted(target)):
         return [Carry(edge, target=dict(target))]
     part = {i: x for i, x in target.items() if (i in place) == place_first}
     return [CarryPart(edge, target=part, every=tuple(target)), Carry(edge, target=dict(target))]

@@ -25,6 +25,7 @@ from ichain_drake.control.planning.model import (
 )
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.graph import Interaction
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
@@ -153,6 +154,8 @@ def find_drives(model: GraphModel, carries: tuple[Carry, ...]) -> tuple[Drive, .
 
 def _subsumed(model: GraphModel, drive: Drive, every: list[Drive]) -> bool:
     """Whether a carried object drives more than the chain says, and a longer chain says so."""
+    if not enabled("subsumed"):
+        return False
     longer = [
         d.chain[len(drive.chain)]
         for d in every
@@ -236,6 +239,8 @@ def _in_context(model: GraphModel, first: str, carry: Carry | None, batch: Batch
 
 def _brimful(model: GraphModel, carry: Carry, batch: Batch) -> Batch:
     """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
+    if not enabled("brimful"):
+        return batch
     obj = carry.edge.child
     amounts = [i for group in conserved(model) for n, i in group if n == obj]
     out = {n: v.copy() for n, v in batch.items()}
@@ -256,7 +261,8 @@ def _quiet_row(model: GraphModel, carry: Carry, batch: Batch, quiet: BoolArray, 
     pose = batch[obj][:, carry.follow]
     away = np.abs(pose[rows, None, :] - carry.places[None]).min(axis=1) / width
     distance = 2.0 * away.sum(axis=1) + (np.abs(pose[rows] - pose[hold]) / width).sum(axis=1)
-    distance += _UNSEEN * _unseen(model, carry, pose[rows], width)
+    if enabled("unseen"):
+        distance += _UNSEEN * _unseen(model, carry, pose[rows], width)
     turned = model.graph.objects[root].observable.difference(batch[root][rows], batch[root][hold])
     return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])
 

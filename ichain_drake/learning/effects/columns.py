@@ -18,7 +18,7 @@ import numpy as np
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.alignment import Alignment
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 
 Source = Literal["parent", "parent_change", "child", "aligned_change", "received", "mixing"]
 View = Literal["plain", "cos", "sin"]
@@ -126,20 +126,28 @@ def candidate_columns(
     told |= set(alignment.parent.indices) if alignment is not None else set()
     for i in (i for i in order_p if not _is_change(parent, i)):
         name, wrap = parent.names[i], bool(parent.angle_mask[i])
-        for view in _views(wrap):
+        for view in _views(data, edge.parent, i):
             out.append(Column("parent", _label(f"parent {name}", view), i, view, wrap))
         if i not in told:
             turns = _orientations(child) if i in _orientations(parent) else ()
             out.append(Column("parent_change", f"change of parent {name}", i, wrap=wrap, turns=turns))
     for i in order_c:
         if not _is_change(child, i):
-            for view in _views(bool(child.angle_mask[i])):
+            for view in _views(data, edge.child, i):
                 out.append(Column("child", _label(f"child {child.names[i]}", view), i, view))
     return out
 
 
-def _views(angle: bool) -> tuple[View, ...]:
-    return ("plain", "cos", "sin") if angle else ("plain",)
+def _views(data: GraphData, obj: str, index: int) -> tuple[View, ...]:
+    """How a variable is seen: an angle that stays within a half-turn is a number like any other.
+
+    Its cosine would tell as much of what was shown, and take what was never shown, the other way round, for the same.
+    """
+    if not data.spaces[obj].angle_mask[index]:
+        return ("plain",)
+    values = data.stacked(obj)[:, index]
+    middle = np.arctan2(np.sin(values).mean(), np.cos(values).mean())
+    return ("plain", "cos", "sin") if np.ptp(wrap_angle(values - middle)) > np.pi else ("plain",)
 
 
 def _label(text: str, view: View) -> str:

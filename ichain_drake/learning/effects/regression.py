@@ -18,6 +18,7 @@ from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.selection import by_part, clearly
 from ichain_drake.state import FloatArray
 
+_SIMPLER = 0.85  # a further candidate is taken if it leaves at most this share of the error
 _NOISY = 2.0  # times what noise alone gives, a change must be
 _MOST_ROWS = 500
 _DEAD = (0.0, 0.05, 0.1, 0.2, 0.35)  # dead-bands to choose from, in root mean squares of the prediction
@@ -106,16 +107,21 @@ def choose_regression(
         return None
     length = np.array([b - a for a, b in sample.judge], dtype=float)
     nothing = np.zeros(len(y))
-    zero = float(np.sum(length * sample.judged(nothing) ** 2))
-    judged_noise = noise if window > 1 else 0.0  # what has no memory is not judged by differences
-    # What readings alone would give: the mean change over a window is the difference of two of them over its length.
-    if zero < _NOISY * judged_noise**2 * float(np.sum(2.0 / length)):
+
+    def error(prediction: FloatArray) -> float:
+        return float(np.sum(length * sample.judged(prediction) ** 2))
+
+    zero = error(nothing)
+    # What readings alone would give: the mean change over a window is the difference of two of them over its length;
+    # what has no memory is not judged by differences.
+    by_noise = 2.0 * noise**2 / length**2 if window > 1 else np.full(len(length), noise**2)
+    if window > 1 and zero < _NOISY * float(np.sum(length * by_noise)):
         return None
     best: Regression | None = None
     best_prediction = nothing
     for column in declared:
         # Roles are priors: what they declare needs to be likelier than chance, not clear in every part.
-        if _gains(sample, best_prediction, x[:, column], judged_noise).sum() > np.log(1.0 + x.shape[1]):
+        if _gains(sample, best_prediction, x[:, column], by_noise).sum() > np.log(1.0 + x.shape[1]):
             best_prediction = x[:, column]
             best = _describe(_IDENTITY, sample, (column,), 1, piece)
     taken = best is not None
@@ -125,7 +131,10 @@ def choose_regression(
         tried = (1 + len(estimators)) * x.shape[1] ** max(more, 0)
         for spec in specs:
             prediction = _left_out(spec, sample, columns, fit_length)
-            if prediction is not None and clearly(_gains(sample, best_prediction, prediction, judged_noise), tried):
+            if prediction is None or not clearly(_gains(sample, best_prediction, prediction, by_noise), tried):
+                continue
+            # A column more is one more that a planner must know: what hardly explains more isn't worth it.
+            if best is None or error(prediction) < _SIMPLER * error(best_prediction):
                 best_prediction = prediction
                 best = _describe(spec, sample, columns, fit_length, piece)
     if best is None:
@@ -137,7 +146,7 @@ def choose_regression(
         dead_band=dead,
         std=float(np.sqrt(np.mean(residual**2))),
         drift=float(np.sqrt(np.average(window_means(residual, sample.judge) ** 2, weights=length))),
-        explained=1.0 - float(np.sum(length * sample.judged(best_prediction) ** 2)) / max(zero, 1e-300),
+        explained=1.0 - error(best_prediction) / max(zero, 1e-300),
         scale=float(np.sqrt(zero / length.sum())),
     )
 
@@ -155,15 +164,14 @@ def instrumented(now: FloatArray, earlier: FloatArray) -> FloatArray:
     return middle_now + slope * (earlier - middle)
 
 
-def _gains(sample: _Sample, before: FloatArray, after: FloatArray, noise: float) -> FloatArray:
+def _gains(sample: _Sample, before: FloatArray, after: FloatArray, by_noise: FloatArray) -> FloatArray:
     """What a left-out prediction adds to the log-likelihood of each group over another, shape (n_groups,) [nat].
 
-    The mean residual of a window of n ticks is normal: the readings at its two ends give it 2 noise^2 / n^2, and what
-    neither prediction explains a share of 1 / n.
+    The mean residual of a window of n ticks is normal: readings give it the variance `by_noise`, and what neither
+    prediction explains a share of 1 / n.
     """
     length = np.array([b - a for a, b in sample.judge], dtype=float)
     squares = [sample.judged(prediction) ** 2 for prediction in (before, after)]
-    by_noise = 2.0 * noise**2 / length**2
     left = min(float(np.mean(length * (q - by_noise))) for q in squares)
     variance = by_noise + max(left, 1e-12 * float(np.mean(length * squares[0])), 1e-300) / length
     return by_part(0.5 * (squares[0] - squares[1]) / variance, sample.group_of(sample.judge))

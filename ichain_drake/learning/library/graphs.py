@@ -47,6 +47,7 @@ def save_graph(known: KnownGraph, library: Path, name: str) -> Path:
         order=model.order,
         noise=model.noise,
         pieces=model.pieces,
+        findings=model.findings,
         activations=dict(known.activations),
         deactivations=dict(known.deactivations),
     )

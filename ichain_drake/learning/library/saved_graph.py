@@ -74,6 +74,7 @@ class Contents:
     order: tuple[Interaction, ...]
     noise: dict[str, FloatArray]
     pieces: tuple[str, ...]
+    findings: tuple[str, ...]
     activations: dict[Interaction, tuple[SwitchingWindow, ...]]
     deactivations: dict[Interaction, tuple[SwitchingWindow, ...]]
 
@@ -130,6 +131,7 @@ class SavedGraph(SavedItem):
             order=found.order,
             noise=found.noise,
             pieces=found.pieces,
+            findings=found.findings,
         )
         self._check_use(model)
         return KnownGraph(

@@ -98,10 +98,9 @@ class InputChoice:
         gain = self._likelihood([*chosen, further], rows, seen=seen) - self._likelihood(chosen, rows, seen=seen)
         return by_part(gain, self.piece[rows])
 
-    def left_out(self, chosen: Sequence[Candidate], truth: BoolArray) -> FloatArray:
-        """Log-likelihood of each row's flag, shape (n,), by a box that has not seen its fold, were the flags others."""
-        other = InputChoice(truth, self.piece, self.fold, self.begins)
-        return other._likelihood(chosen, np.arange(len(truth)), seen=False)
+    def left_out(self, chosen: Sequence[Candidate]) -> FloatArray:
+        """Log-likelihood of each row's flag, shape (n,), by a box that has not seen its fold."""
+        return self._likelihood(chosen, np.arange(len(self.truth)), seen=False)
 
     def _likelihood(self, chosen: Sequence[Candidate], rows: NDArray[np.intp], *, seen: bool) -> FloatArray:
         """Log-likelihood of some rows by a box that has not seen their fold, or has seen all, shape (n_rows,)."""

@@ -1,0 +1,81 @@
+"""Inputs of a status: evidence that is conditional, that more demonstrations never take away, and honest borders."""
+
+import numpy as np
+import pytest
+
+from ichain_drake.learning.selection import calibrated, calibration_error, clearly
+from ichain_drake.learning.status.box import BoxClassifier
+from ichain_drake.learning.status.choice import Candidate, InputChoice
+from ichain_drake.learning.status.inputs import ValueInput
+from ichain_drake.learning.status.status import left_out_folds
+
+NOISE = 0.01
+NAMES = ("near", "locked", "level", "elsewhere")
+
+
+def rows(kind: str, rng: np.random.Generator, n: int = 240) -> tuple[np.ndarray, np.ndarray]:
+    """A piece about one condition, the others met: near, unlocked and full enough; the last input is idle."""
+    x = np.column_stack(
+        [
+            np.repeat(rng.uniform(-1, 1, n // 12), 12),
+            np.zeros(n) if kind != "locked" else np.repeat(rng.integers(0, 2, n // 12), 12),
+            np.full(n, rng.uniform(0.7, 1.0)) if kind != "level" else np.repeat(rng.uniform(0, 1, n // 12), 12),
+            np.full(n, rng.uniform(-1, 1)),
+        ]
+    )
+    if kind != "near":
+        x[:, 0] *= 0.5
+    truth = (np.abs(x[:, 0]) < 0.4) & (x[:, 1] < 0.5) & (x[:, 2] > 0.6)
+    return x + NOISE * rng.normal(size=x.shape), truth
+
+
+def chosen(kinds: list[str], seed: int = 0) -> set[str]:
+    rng = np.random.default_rng(seed)
+    parts = [rows(kind, rng) for kind in kinds]
+    x, truth = np.vstack([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+    piece = np.repeat(np.arange(len(parts)), [len(p[0]) for p in parts])
+    candidates = [Candidate(ValueInput("thing", i, name), x[:, [i]], np.full(1, NOISE)) for i, name in enumerate(NAMES)]
+    choice = InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool))
+    return {c.item.label for c in choice.choose(candidates)}
+
+
+NEEDED = ["near"] * 3 + ["locked"] * 4 + ["level"] * 4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_condition_is_found_and_nothing_else(seed: int) -> None:
+    assert chosen(NEEDED, seed) == {"near", "locked", "level"}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_pieces_about_other_conditions_never_take_an_input_away(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    more = list(rng.choice(["near", "near", "locked", "level"], rng.integers(1, 9)))
+    assert chosen(NEEDED + more, seed) >= chosen(NEEDED, seed)
+
+
+def test_parts_that_tell_nothing_change_nothing_and_one_alone_is_not_clear() -> None:
+    assert clearly([3.0, 2.0])
+    assert clearly([3.0, 2.0, *np.zeros(50)])
+    assert not clearly([3.0, *np.zeros(50)])
+    assert not clearly([3.0, 2.0], tried=200)
+
+
+def test_a_face_lies_where_the_truth_switches_though_readings_are_noisy() -> None:
+    rng = np.random.default_rng(3)
+    true = np.concatenate([np.linspace(-1.0, 1.0, 400), rng.uniform(-1, 1, 200)])
+    read = true + 0.1 * rng.normal(size=len(true))
+    on = np.abs(true) < 0.5
+    box = BoxClassifier(noise=0.1).fit(read[:, None], on)
+    np.testing.assert_allclose([box.lower_[0], box.upper_[0]], [-0.5, 0.5], atol=0.03)
+
+
+def test_probabilities_are_those_of_rows_left_out() -> None:
+    rng = np.random.default_rng(4)
+    decisions = rng.normal(size=4000)
+    truth = decisions + 0.3 * rng.normal(size=4000) > 0
+    spread, slip, likelihood = calibrated(decisions, truth, 1e-3)
+    assert spread == pytest.approx(0.3, rel=0.3)
+    assert slip < 0.02
+    assert likelihood.mean() > np.log(0.8)
+    assert calibration_error(np.full(100, 0.7), np.arange(100) < 70) == pytest.approx(0.0, abs=1e-9)

@@ -1,0 +1,49 @@
+"""Demonstrations that are wrong in places: found, and said in one line with piece and rows."""
+
+from dataclasses import replace
+
+from small_world import GRAPH
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.errors import InputError
+from ichain_drake.learning import InteractionModel, label_findings, learn_interactions
+
+
+def changed(pieces: list[Demonstration], k: int, first: int, last: int, edge: str) -> list[Demonstration]:
+    """The pieces with the flags of an edge turned over in some rows of one."""
+    table = pieces[k].table.copy()
+    column = table.columns.get_loc(edge)
+    table.iloc[first:last, column] = 1.0 - table.iloc[first:last, column]
+    return [*pieces[:k], replace(pieces[k], table=table), *pieces[k + 1 :]]
+
+
+def test_nothing_is_odd_about_clean_pieces(model: InteractionModel, demonstrations: list[Demonstration]) -> None:
+    assert label_findings(demonstrations, GRAPH, model) == ()
+    assert model.report()["findings"] == []
+
+
+def test_a_few_wrong_flags_are_found(demonstrations: list[Demonstration]) -> None:
+    model = learn_interactions(changed(demonstrations, 0, 3, 10, "valve->tap"), GRAPH)
+    name = demonstrations[0].name
+    assert any(f.startswith(f"piece {name} rows 3 to 9: valve->tap is flagged") for f in model.findings)
+
+
+def test_an_inverted_edge_is_told(demonstrations: list[Demonstration]) -> None:
+    pieces = demonstrations
+    for k, piece in enumerate(pieces):
+        pieces = changed(pieces, k, 0, len(piece), "hand->valve")
+    try:
+        said = " ".join(learn_interactions(pieces, GRAPH).findings)
+    except InputError as error:  # where nothing else is told by them
+        said = str(error)
+    assert "hand->valve: its flags tell when it is inactive" in said
+
+
+def test_a_frozen_feed_is_found(model: InteractionModel, demonstrations: list[Demonstration]) -> None:
+    table = demonstrations[0].table.copy()
+    columns = [c for c in table.columns if c.startswith("box.")]
+    table.loc[table.index[5:35], columns] = table[columns].iloc[5].to_numpy()
+    pieces = [replace(demonstrations[0], table=table), *demonstrations[1:]]
+    found = [f for f in label_findings(pieces, GRAPH, model) if f.edge == "box"]
+    assert [(f.piece, f.rows) for f in found] == [(demonstrations[0].name, (5, 35))]
+    assert "frozen feed" in found[0].text
