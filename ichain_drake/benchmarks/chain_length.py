@@ -16,7 +16,8 @@ from pydrake.systems.primitives import ConstantVectorSource
 from ichain_drake.benchmarks.measure import line_fit, seconds_a_call
 from ichain_drake.control.tracking.chain import ControlCandidates, make_controller
 from ichain_drake.control.tracking.path import PathLimits
-from ichain_drake.demonstrations.table import TIME, Demonstration, column
+from ichain_drake.demonstrations.columns import TIME, column
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedChain, LearnedLink, LinkCandidates, learn_link
 from ichain_drake.learning.chain.link import EstimatorSpec

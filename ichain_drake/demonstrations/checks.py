@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ichain_drake.demonstrations.columns import COMMAND, TIME, Piece, as_numbers, column
 from ichain_drake.demonstrations.plausible import check_plausible
-from ichain_drake.demonstrations.table import COMMAND, TIME, Demonstration, as_numbers, column
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.timing import TICK
@@ -26,7 +26,7 @@ def known_units(graph: InteractionGraph) -> dict[str, str]:
     return known | {column(COMMAND, v.name): v.unit for v in graph.objects[graph.root].observable.variables}
 
 
-def check_columns(demo: Demonstration, graph: InteractionGraph, objects: Sequence[str] | None) -> None:
+def check_columns(demo: Piece, graph: InteractionGraph, objects: Sequence[str] | None) -> None:
     """Check which columns there are, and their units; see `Demonstration.check`.
 
     Raises:
@@ -64,7 +64,7 @@ def check_columns(demo: Demonstration, graph: InteractionGraph, objects: Sequenc
         raise InputError(f"{demo.name}: holds no object of the graph; its objects are {', '.join(graph.objects)}")
 
 
-def _without_time(demo: Demonstration) -> str:
+def _without_time(demo: Piece) -> str:
     """What to do about a table without times."""
     names = [str(c) for c in demo.table.columns]
     if set(names) >= _LEROBOT:
@@ -82,7 +82,7 @@ def _few(names: Sequence[str]) -> str:
     return ", ".join(names[:4]) + (", ..." if len(names) > 4 else "")
 
 
-def check_values(demo: Demonstration, graph: InteractionGraph) -> None:
+def check_values(demo: Piece, graph: InteractionGraph) -> None:
     """Check the numbers in a table; see `Demonstration.check`.
 
     Raises:
@@ -111,7 +111,7 @@ def check_values(demo: Demonstration, graph: InteractionGraph) -> None:
     check_plausible(demo, graph)
 
 
-def check_times(demo: Demonstration) -> None:
+def check_times(demo: Piece) -> None:
     """Check that times ascend by the library's period.
 
     Raises:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ichain_drake.demonstrations.table import Demonstration, as_numbers, column
+from ichain_drake.demonstrations.columns import as_numbers, column
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import InteractionGraph
 
 _FEWEST = 20  # pairs of steps from which anything is told

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ichain_drake.demonstrations.column_noise import column_noise
+from ichain_drake.demonstrations.columns import COMMAND, TIME, as_numbers
 from ichain_drake.demonstrations.quality import QualitySettings, findings, idle_rows, rest_limits
-from ichain_drake.demonstrations.table import COMMAND, TIME, Demonstration, as_numbers
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import StateSpace, Variable

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.demonstrations.table import COMMAND, Demonstration, as_numbers, column
+from ichain_drake.demonstrations.columns import COMMAND, Piece, as_numbers, column
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import FloatArray, Variable
@@ -34,7 +34,7 @@ _FACTORS = {
 """Units that people log in, by the unit declared, as multiples of it."""
 
 
-def check_plausible(demo: Demonstration, graph: InteractionGraph) -> None:
+def check_plausible(demo: Piece, graph: InteractionGraph) -> None:
     """Refuse values far beyond the declared bounds, and name the unit that they are likely in.
 
     Args:
@@ -60,7 +60,7 @@ def check_plausible(demo: Demonstration, graph: InteractionGraph) -> None:
             _refuse(demo, name, variable, values, beyond, f"its bounds are {variable.lower:g} to {variable.upper:g}")
 
 
-def _variables(demo: Demonstration, graph: InteractionGraph) -> Iterator[tuple[str, Variable]]:
+def _variables(demo: Piece, graph: InteractionGraph) -> Iterator[tuple[str, Variable]]:
     """Every measured column of a table with its variable; commands are the robot's variables."""
     for obj, space in graph.objects.items():
         owners = (obj, COMMAND) if obj == graph.root else (obj,)
@@ -68,7 +68,7 @@ def _variables(demo: Demonstration, graph: InteractionGraph) -> Iterator[tuple[s
             yield from ((n, variable) for owner in owners if (n := column(owner, variable.name)) in demo.table)
 
 
-def _check_angle(demo: Demonstration, name: str, variable: Variable, values: FloatArray) -> None:
+def _check_angle(demo: Piece, name: str, variable: Variable, values: FloatArray) -> None:
     """An angle may wrap anywhere, or not at all; but it begins within a turn, and no two readings are further apart."""
     turn = 2.0 * math.pi * (1.0 + _SLACK)
     beyond = (np.abs(np.diff(values, prepend=0.0)) > turn) | (np.abs(values) > _MOST_TURNS * turn)
@@ -76,9 +76,7 @@ def _check_angle(demo: Demonstration, name: str, variable: Variable, values: Flo
         _refuse(demo, name, variable, values, beyond, "an angle is in radians, within half a turn of 0")
 
 
-def _refuse(
-    demo: Demonstration, name: str, variable: Variable, values: FloatArray, bad: NDArray[np.bool_], why: str
-) -> None:
+def _refuse(demo: Piece, name: str, variable: Variable, values: FloatArray, bad: NDArray[np.bool_], why: str) -> None:
     row = int(np.argmax(bad))
     unit = likely_unit(values, variable)
     hint = f"is it in {unit}? Convert it, or say so in the header ({name} [{unit}])" if unit else "mend or remove it"

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.demonstrations.column_noise import column_noise
-from ichain_drake.demonstrations.table import TIME, Demonstration, as_numbers, column
+from ichain_drake.demonstrations.columns import TIME, as_numbers, column
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import FloatArray, Variable, wrap_angle
 from ichain_drake.timing import TICK

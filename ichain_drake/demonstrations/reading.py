@@ -11,11 +11,12 @@ import numpy as np
 import pandas as pd
 
 from ichain_drake.demonstrations.checks import known_units
+from ichain_drake.demonstrations.columns import TIME, as_numbers
 from ichain_drake.demonstrations.csv_text import ENDINGS, read_csv
 from ichain_drake.demonstrations.parquet import read_parquet
 from ichain_drake.demonstrations.plausible import check_plausible
 from ichain_drake.demonstrations.resampling import is_at, resample
-from ichain_drake.demonstrations.table import TIME, Demonstration, as_numbers
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.files import check_folder, reason_of, shown
 from ichain_drake.graph import InteractionGraph

@@ -11,7 +11,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ichain_drake.demonstrations.checks import TIME_TOLERANCE
-from ichain_drake.demonstrations.table import COMMAND, TIME, Demonstration, as_numbers, column
+from ichain_drake.demonstrations.columns import COMMAND, TIME, as_numbers, column
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 from ichain_drake.timing import TICK

@@ -8,33 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
+from ichain_drake.demonstrations.checks import check_columns, check_values
+from ichain_drake.demonstrations.columns import TIME, column
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import FloatArray, StateSpace
-
-TIME = "time"
-COMMAND = "command"
-"""Object name under which the hand command in force since a row is recorded (paper sec. III: A_1)."""
-
-
-def column(obj: str, variable: str) -> str:
-    """Name of a measured variable's column: `object.variable`."""
-    return f"{obj}.{variable}"
-
-
-def as_numbers(values: pd.Series) -> FloatArray:
-    """A column as floats, shape (n_rows,); NaN where something is no number."""
-    try:
-        return np.asarray(pd.to_numeric(values, errors="coerce").to_numpy(dtype=float, na_value=np.nan))
-    except (TypeError, ValueError, OverflowError):  # lists, complex numbers, huge integers
-        return np.array([_number(v) for v in values], dtype=float)
-
-
-def _number(value: object) -> float:
-    try:
-        return float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        return float("nan")
 
 
 @dataclass(frozen=True)
@@ -90,8 +68,5 @@ class Demonstration:
                 library's period, NaN, flags other than 0 and 1, or values far beyond their bounds; with table, column
                 and line.
         """
-        # There, so that this file says what a piece is and that one what is wrong with it; it needs this one.
-        from ichain_drake.demonstrations.checks import check_columns, check_values  # noqa: PLC0415
-
         check_columns(self, graph, objects)
         check_values(self, graph)

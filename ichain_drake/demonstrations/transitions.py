@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.demonstrations.table import COMMAND, Demonstration, column
+from ichain_drake.demonstrations.columns import COMMAND, column
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import FloatArray, StateSpace

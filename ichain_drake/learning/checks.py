@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ichain_drake.demonstrations import Demonstration, prepare, read_folder
-from ichain_drake.demonstrations.table import TIME
+from ichain_drake.demonstrations.columns import TIME
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import FloatArray

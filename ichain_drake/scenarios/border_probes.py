@@ -143,6 +143,11 @@ class BorderProbes(ABC):
         return out
 
 
-def drawn(middle: Sequence[float] | FloatArray, half: Sequence[float], rng: np.random.Generator) -> FloatArray:
-    """A point of a box blown up to `NEAR` half-widths, shape (n,)."""
-    return np.asarray(middle) + NEAR * np.asarray(half) * rng.uniform(-1.0, 1.0, len(half))
+def drawn(
+    middle: Sequence[float] | FloatArray, half: Sequence[float], rng: np.random.Generator, *, round: bool = False
+) -> FloatArray:
+    """A point of a region blown up to `NEAR` half-widths, shape (n,): a box, or round in its first two axes."""
+    while True:
+        share = rng.uniform(-1.0, 1.0, len(half))
+        if not round or np.hypot(share[0], share[1]) <= 1.0:
+            return np.asarray(middle) + NEAR * np.asarray(half) * share

@@ -54,7 +54,7 @@ class VesselProbes(BorderProbes):
         rim[2] = floor
         state[name][:4] = [*self.camera.from_robot(rim), 0.0]
         grasp = vessel.cup.grasp
-        state[self.hand][self.hand_place] = rim + drawn(grasp.center, grasp.half, rng)
+        state[self.hand][self.hand_place] = rim + drawn(grasp.center, grasp.half, rng, round=grasp.round)
         return True
 
     def beside_button(self, name: str, state: State, rng: np.random.Generator) -> bool:
@@ -63,7 +63,7 @@ class VesselProbes(BorderProbes):
         mount = button.mount
         half = mount.travel / 2
         middle = (*mount.top[:2], mount.touch_height - half)
-        place = drawn(middle, (mount.reach, mount.reach, half), rng)
+        place = drawn(middle, (mount.reach, mount.reach, half), rng, round=True)
         if place[2] < middle[2] - half:
             return False
         state[self.hand][self.hand_place] = place
@@ -90,7 +90,7 @@ class VesselProbes(BorderProbes):
         """
         cup = cast("Cup", self.objects[name]).cup
         lowest = floor + cup.height
-        rim = drawn(region.center, region.half, rng)
+        rim = drawn(region.center, region.half, rng, round=region.round)
         vessel = state[name]
         held = self.holds(name, state)
         if not held:

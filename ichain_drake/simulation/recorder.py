@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 from pydrake.systems.framework import LeafSystem
 
-from ichain_drake.demonstrations.table import COMMAND, TIME, Demonstration, column
+from ichain_drake.demonstrations.columns import COMMAND, TIME, column
+from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.simulation.episode import Episode, EpisodeLog, Prepare
 from ichain_drake.simulation.interruption import deferred_interrupt

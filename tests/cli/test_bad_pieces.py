@@ -80,7 +80,6 @@ ONE: dict[str, tuple[Callable[[Table], Table], list[str]]] = {
 }
 EVERY: dict[str, tuple[float, str]] = {
     "never": (0, "power->tank: never active in any of the 3 pieces (dispense_long.csv, heat_levels.csv, pour_all.csv)"),
-    "always": (1, "power->tank: active in every row of the 3 pieces"),
 }
 
 

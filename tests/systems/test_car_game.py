@@ -85,9 +85,9 @@ def test_hand_over_the_knob_gives_the_tilt():
         ("play.reach=.inf", "play.reach is inf"),
         ("play.reach=.nan", "play.reach is nan"),
         ("joystick.handle=-0.1", "joystick.handle is -0.1"),
-        ("start.axes=[0, 1.5]", "start.axes is .*; give steering and throttle"),
-        ("start.axes=[0, .nan]", "start.axes is .*; give steering and throttle"),
-        ("joystick.pivot=[1, 2]", "x, y, z in metres"),
+        ("start.axes=[0, 1.5]", "start.axes is .*; give 2 numbers from -1 to 1"),
+        ("start.axes=[0, .nan]", "start.axes is .*; give 2 numbers from -1 to 1"),
+        ("joystick.pivot=[1, 2]", "joystick.pivot is .*; give 3 numbers from -2 to 2, in m"),
     ],
 )
 def test_numbers_that_can_t_work_are_refused(setting, message):

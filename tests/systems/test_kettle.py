@@ -107,7 +107,7 @@ def steps_of(piece: Demonstration) -> set[str]:
 def test_pieces_show_every_interaction_and_none_shows_two_steps() -> None:
     assert len(pieces()) <= 16
     assert len({p.name for p in pieces()}) == len(pieces())
-    assert max(len(p) for p in pieces()) * TICK < 50
+    assert max(len(p) for p in pieces()) * TICK < 65
     for piece in pieces():
         piece.check(scenario().graph, tuple(scenario().graph.objects))
         assert len(steps_of(piece)) <= 1, piece.name

@@ -14,7 +14,8 @@ SCENARIO = kettle()
 
 def away(points: np.ndarray, region: Region) -> np.ndarray:
     """Distances from a region's middle in half-widths."""
-    return np.abs((points - region.center) / region.half).max(axis=1)
+    share = np.abs((points - region.center) / region.half)
+    return np.maximum(np.hypot(share[:, 0], share[:, 1]) if region.round else share[:, :2].max(axis=1), share[:, 2])
 
 
 def test_every_interaction_has_states_on_both_sides_of_its_borders() -> None:

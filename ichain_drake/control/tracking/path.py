@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from ichain_drake.demonstrations.columns import as_numbers
 from ichain_drake.demonstrations.csv_text import read_csv
-from ichain_drake.demonstrations.table import as_numbers
 from ichain_drake.errors import InputError
 from ichain_drake.state import FloatArray
 from ichain_drake.units import convert, split_unit

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ichain_drake.demonstrations import Demonstration, read_demonstrations
+from ichain_drake.demonstrations.columns import column
 from ichain_drake.demonstrations.quality import tell_findings
-from ichain_drake.demonstrations.table import column
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios.base import PathScenario, Progress
 

@@ -37,7 +37,7 @@ class KettleProbes(VesselProbes):
     def _over(self, edge: Interaction, state: State, rng: np.random.Generator) -> np.ndarray:
         """Bring the parent's mouth over the child's, and around; relative to that, shape (3,) [m]."""
         region = cast("Cup", self.objects[edge.child]).cup.inlets[edge.parent]
-        apart = drawn(region.center, region.half, rng)
+        apart = drawn(region.center, region.half, rng, round=region.round)
         self.carry(edge.parent, self.camera.to_robot(state[edge.child][:3]) + apart, state)
         return apart
 

@@ -32,7 +32,7 @@ class DispenserProbes(VesselProbes):
     def _over_inlet(self, name: str, state: State, rng: np.random.Generator) -> bool:
         """A cup that is moved over the inlet, as high as it can be without going through the machine."""
         region = LAYOUT.pour_region()
-        rim = drawn(region.center, region.half, rng)
+        rim = drawn(region.center, region.half, rng, round=region.round)
         height = cast("Cup", self.objects[name]).cup.height
         if rim[2] - height * max(np.cos(state[name][3]), 0.0) < LAYOUT.head.height:
             return False

@@ -53,5 +53,5 @@ def test_the_screen_s_border_is_on_it(tmp_path: Path) -> None:
 
 def test_so_many_points_that_they_fill_the_memory_are_refused() -> None:
     fine = load_scenario("car_game", ["path.spacing=0.000001"], "ideal", 0)
-    with pytest.raises(InputError, match="px at path.spacing 1e-06 are over .* points; give a larger spacing"):
+    with pytest.raises(InputError, match="at a spacing of 1e-06 are over .* points; give a larger spacing"):
         choose_paths(fine)
