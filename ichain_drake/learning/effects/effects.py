@@ -121,9 +121,23 @@ def _tell_apart(
         before = set(effects)
         for e in rows:
             if _overlapping(rows[e], effects):
-                _put(effects, e, fit(e))
+                found = fit(e)
+                _put(effects, e, found if found is not None and _holds_alone(found, rows[e], passive) else None)
         if set(effects) == before:  # else some were fitted to what another left that is none
             break
+
+
+def _holds_alone(effect: Effect, rows: ActiveTicks, passive: PassiveDynamics) -> bool:
+    """Whether an effect predicts the rows in which nothing else acts no worse than no effect does.
+
+    Effects add up: one that only shows beside others is what their models leave.
+    """
+    alone, i = rows.alone, effect.variable
+    if not alone.any():
+        return True
+    residual = passive.space.difference(rows.child_next[alone], passive(rows.child[alone]))[:, i]
+    left = residual - effect(rows.parent[alone], rows.parent_next[alone], rows.child[alone])
+    return float(left @ left) <= float(residual @ residual)
 
 
 def _put(effects: dict[Interaction, Effect], edge: Interaction, effect: Effect | None) -> None:
