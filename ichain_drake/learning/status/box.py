@@ -84,6 +84,9 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
     Args:
         reach: how far a face may lie beyond the samples of the second class, as a share of their range.
         noise: standard deviation of a reading, of every input or shape (n_features,).
+        partial: whether the inputs may be some of the conditions only. Few of the samples inside are then of the second
+            class, and none of these must be given up to keep the many others out: what a sample on the wrong side
+            costs is the likelihood under the share of the second class inside.
 
     Attributes:
         classes_: the two classes.
@@ -94,9 +97,15 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
         slip_: probability of a wrong class.
     """
 
-    def __init__(self, reach: float = 0.3, noise: float | Sequence[float] | FloatArray = 0.0) -> None:
+    def __init__(
+        self,
+        reach: float = 0.3,
+        noise: float | Sequence[float] | FloatArray = 0.0,
+        partial: bool = False,
+    ) -> None:
         self.reach = reach
         self.noise = noise
+        self.partial = partial
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Fit.
@@ -124,14 +133,26 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
             raise InputError(f"BoxClassifier: noise {self.noise!r}: give one number from 0, or one an input")
         noise = np.broadcast_to(noise, (x.shape[1],))
         positive = code == 1
-        faces = Faces(x, positive, self.reach)
-        faces.count()
+        faces = self._placed(x, positive)
         self.slip_ = (1.0 + np.sum(faces.inside() != positive)) / (2.0 + len(x))
         self.shown_ = faces.shown()
         if noise.any():
             faces.settle(noise, self.slip_, self.shown_)
         self.lower_, self.upper_ = faces.low, faces.high
         return self
+
+    def _placed(self, x: FloatArray, positive: NDArray[np.bool_]) -> Faces:
+        """The faces, by counting."""
+        faces, slip = Faces(x, positive, self.reach), 1.0 / (2.0 + len(x))
+        share, before = float(positive.mean()), -1.0
+        while self.partial and share > before:
+            weight = np.log(share / slip) / np.log((1.0 - slip) / (1.0 - share))
+            faces, before = Faces(x, positive, self.reach, max(float(weight), 1.0)), share
+            faces.count()
+            share = min(float(positive[faces.inside()].mean()), 1.0 - slip)
+        if not self.partial:
+            faces.count()
+        return faces
 
     def log_likelihood(self, X: ArrayLike, truth: NDArray[np.bool_], slip: float) -> FloatArray:
         """Log-likelihood of flags given readings, shape (n_samples,); what is beyond a face not shown stays open.

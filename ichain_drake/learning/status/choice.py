@@ -60,9 +60,17 @@ class InputChoice:
             candidates: the likelier ones by their roles first: of those that are not clearly worse than the best, the
                 first is taken. What the interaction changes comes last, for what is left to be told.
         """
+        likely, best = (self._searched(candidates, by_role=by_role) for by_role in (True, False))
+        gains = by_part(self.left_out(best) - self.left_out(likely), self.piece)
+        return best if clearly(gains, 2) else likely
+
+    def _searched(self, candidates: Sequence[Candidate], *, by_role: bool) -> list[Candidate]:
+        """One greedy search, which may end where another does better: by role, or by what adds most at each step."""
         chosen: list[Candidate] = []
         for caused in (False, True):
-            while found := self._further(chosen, [c for c in candidates if c.caused == caused and c not in chosen]):
+            while found := self._further(
+                chosen, [c for c in candidates if c.caused == caused and c not in chosen], by_role=by_role
+            ):
                 chosen.append(found)
         for item in list(chosen):
             fewer = [c for c in chosen if c is not item]
@@ -74,7 +82,7 @@ class InputChoice:
         """Whether an input by itself clearly tells some rows in which the interaction is inactive."""
         return clearly(self._gains([], candidate))
 
-    def _further(self, chosen: Sequence[Candidate], free: Sequence[Candidate]) -> Candidate | None:
+    def _further(self, chosen: Sequence[Candidate], free: Sequence[Candidate], *, by_role: bool) -> Candidate | None:
         """The next input, if one clearly adds something."""
         bounds = [self._gains(chosen, c, seen=True).sum() for c in free]
         gains: dict[int, FloatArray] = {}
@@ -90,6 +98,8 @@ class InputChoice:
         if not gains:
             return None
         top = max(gains, key=lambda k: gains[k].sum())
+        if not by_role:
+            return free[top]
         return free[next(k for k in sorted(gains) if k == top or not clearly(gains[top] - gains[k]))]
 
     def _gains(self, chosen: Sequence[Candidate], further: Candidate, *, seen: bool = False) -> FloatArray:
@@ -109,7 +119,7 @@ class InputChoice:
         if not chosen:
             return out
         x = np.hstack([c.values[rows] for c in chosen])
-        box = BoxClassifier(noise=np.concatenate([c.noise for c in chosen]))
+        box = BoxClassifier(noise=np.concatenate([c.noise for c in chosen]), partial=True)
         for test in (np.ones(len(rows), dtype=bool),) if seen else (fold == k for k in np.unique(fold)):
             train = test if seen else ~test
             if truth[train].any() and not truth[train].all():

@@ -20,13 +20,14 @@ class Faces:
         x: samples, shape (n, n_features).
         positive: whether each is one to be inside, shape (n,).
         reach: see `BoxClassifier`.
+        weight: of a sample to be inside, where one to be outside counts 1.
 
     Attributes:
         low, high: the faces, shape (n_features,).
     """
 
-    def __init__(self, x: FloatArray, positive: NDArray[np.bool_], reach: float) -> None:
-        self.x, self.positive, self.reach = x, positive, reach
+    def __init__(self, x: FloatArray, positive: NDArray[np.bool_], reach: float, weight: float = 1.0) -> None:
+        self.x, self.positive, self.reach, self.weight = x, positive, reach, weight
         self.low, self.high = x[positive].min(axis=0), x[positive].max(axis=0)
 
     def inside(self, but: int = -1) -> NDArray[np.bool_]:
@@ -59,9 +60,9 @@ class Faces:
         order = np.argsort(column, kind="stable")
         values, on = column[order], truth[order]
         # Right if the threshold lies after sample k: positives up to k, negatives beyond it.
-        right = np.cumsum(on) + (len(on) - on.sum()) - np.cumsum(~on)
+        right = self.weight * np.cumsum(on) + (len(on) - on.sum()) - np.cumsum(~on)
         last = np.append(values[1:] > values[:-1], True)  # a threshold can't part equal values
-        right = np.where(last, right, -1)
+        right = np.where(last, right, -1.0)
         k = int(len(right) - 1 - np.argmax(right[::-1]))
         inside = values[: k + 1][on[: k + 1]]
         if not len(inside):
