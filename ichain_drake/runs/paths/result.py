@@ -73,24 +73,24 @@ class PathRun:
     Attributes:
         scenario: what runs.
         paths: to follow, by name.
-        smooth: whether corners of the paths are rounded as far as the demonstrations ask for.
         pieces: demonstrations.
         chain: learned links.
         controller: built from them.
         results: one per followed path.
         reason: why the goal was or was not reached.
         started: when, by the monotonic clock [s].
+        smooth: whether corners of the paths are rounded as far as the demonstrations ask for.
     """
 
     scenario: PathScenario
     paths: dict[str, TimedPath] = field(default_factory=dict)
-    smooth: bool = False
     pieces: list[Demonstration] = field(default_factory=list)
     chain: LearnedChain | None = None
     controller: ChainController | None = None
     results: list[PathResult] = field(default_factory=list)
     reason: str = "interrupted"
     started: float = field(default_factory=time.monotonic)
+    smooth: bool = False
 
     @property
     def goal_reached(self) -> bool:
