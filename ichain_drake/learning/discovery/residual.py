@@ -13,6 +13,8 @@ from ichain_drake.learning.discovery.log import Log
 from ichain_drake.learning.discovery.term import Term
 from ichain_drake.state import FloatArray, wrap_angle
 
+_AT_BOUND = 3.0  # noises
+
 
 class Residual:
     """Changes of one object beyond its passive dynamics, tick by tick, and what terms leave of them.
@@ -104,8 +106,18 @@ class Residual:
         value = self.constants[i]
         if value is not None:
             return np.clip(change, low - value, high - value)
+        # A reading within its noise of a bound stands there: what is left of the way would be that reading's own noise.
+        below, above = (w * (np.abs(w) > _AT_BOUND * self.quiet[i]) for w in self._ways(low, high, i, ticks))
+        return np.clip(change, below, above)
+
+    def _ways(
+        self, low: float, high: float, i: int, ticks: NDArray[np.intp] | slice
+    ) -> tuple[FloatArray, FloatArray]:
+        """How far a variable may go down and up, shape (n,) each."""
         now = self.state[ticks, i]
-        return np.clip(change, np.minimum(low - now, 0.0), np.maximum(high - now, 0.0))
+        most = np.full(len(now), np.finfo(float).max)
+        down = np.minimum(low - now, 0.0) if np.isfinite(low) else -most
+        return down, np.maximum(high - now, 0.0) if np.isfinite(high) else most
 
     def evidence(self, change: FloatArray, i: int, std: float) -> FloatArray:
         """Log-likelihood ratio of a predicted change of a variable in each tick, clipped, shape (n_ticks,) [nat].

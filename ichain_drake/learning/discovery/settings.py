@@ -40,7 +40,7 @@ class DiscoverySettings:
     constant: float = 4.0
     slope: float = 10.0
     clip: float = 12.0
-    outliers: float = 0.02
+    outliers: float = 0.005
     least: float = 15.0
     window: int = 6
     folds: int = 4

@@ -58,6 +58,10 @@ def explain(log: Log, child: str, parents: Sequence[str], required: Sequence[str
         for _ in range(2 if len(terms) > 1 else 1):
             for k in range(len(terms)):
                 terms[k] = _refitted(residual, terms, k)
+        if terms[-1].value <= 0:  # what it explained, the others explain with it
+            terms.pop()
+            rivals.pop()
+            break
     _take_back(residual, terms, rivals, required)
     residual.leave(terms)
     return Explained(residual, tuple(terms), tuple(rivals))
@@ -98,7 +102,7 @@ def _next(
     paying.sort(key=lambda t: -score(t, log))
     near = [t for t in paying[:_LOOKING] if score(t, log) > _NEAR * score(paying[0], log)]
     widened = [_looking_around(residual, terms, t, parents) for t in near]
-    best = max(widened, key=lambda t: score(t, log))
+    best = _most_direct(max(widened, key=lambda t: score(t, log)), widened, log)
     same = [
         (t.parent, score(best, log) - score(t, log))
         for t in (*widened, *paying[len(near) :])
@@ -107,13 +111,26 @@ def _next(
     return best, tuple(same)
 
 
+def _most_direct(best: Term, others: Sequence[Term], log: Log) -> Term:
+    """Of terms that explain the same ticks, none clearly better, rather another object's than the robot's.
+
+    Whatever a robot presses or turns is where the robot is; so its places tell about as much as what they switch, and
+    the nearer cause says it with less chance.
+    """
+    if best.parent != log.root:
+        return best
+    nearer = [
+        t
+        for t in others
+        if t.parent not in (log.root, t.child)
+        and _same(t, best)
+        and not clearly(by_part(best.left_out - t.left_out, log.block))
+    ]
+    return max(nearer, key=lambda t: score(t, log), default=best)
+
+
 def _pays(term: Term, log: Log, tried: int) -> bool:
-    settings = log.settings
-    return (
-        term.gain > settings.least
-        and score(term, log) > settings.clip
-        and clearly(by_part(term.left_out, log.block), tried)
-    )
+    return term.gain > log.settings.least and clearly(by_part(term.left_out, log.block), tried)
 
 
 def _same(a: Term, b: Term) -> bool:
