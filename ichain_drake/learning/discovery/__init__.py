@@ -1,1 +1,1 @@
-"""What nobody labelled: when interactions are active, which there are, and where one recording ends (paper sec. V, VII)."""
+"""What nobody labelled: when interactions are active, which there are, where a recording ends (paper sec. V, VII)."""

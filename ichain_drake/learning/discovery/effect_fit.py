@@ -51,11 +51,11 @@ def _fit_variable(residual: Residual, rows: BoolArray, features: Features, i: in
     ok = np.flatnonzero(use)
     if len(ok) < settings.rows:
         return None
-    value, best = _declared(residual, features, i, ok)
+    declared, best = _declared(residual, features, i, ok)
     most = float(residual.evidence(left, i, float(residual.quiet[i]))[ok].sum())
-    if best is not None and value >= _ENOUGH * most:
+    if best is not None and declared >= _ENOUGH * most:
         return best
-    fitted = _line(residual, features, i, ok, value * (_DECLARED_FIRST if best is not None else 1.0))
+    fitted = _line(residual, features, i, ok, declared * (_DECLARED_FIRST if best is not None else 1.0))
     return best if fitted is None else fitted
 
 
@@ -79,9 +79,7 @@ def _declared(
     return best
 
 
-def _line(
-    residual: Residual, features: Features, i: int, ok: NDArray[np.intp], least: float
-) -> VariableEffect | None:
+def _line(residual: Residual, features: Features, i: int, ok: NDArray[np.intp], least: float) -> VariableEffect | None:
     """A constant, then one input after the other while each pays; None if none of them is worth more than `least`."""
     usable = [k for k in range(features.values.shape[1]) if np.ptp(features.values[ok, k]) > 1e-9]
     if residual.constants[i] is not None:  # without memory its own past tells only what its parents did then
@@ -125,7 +123,7 @@ def _least_squares(
 ) -> tuple[float, VariableEffect] | None:
     """Trimmed least squares and its evidence less the price of its parameters."""
     settings, quiet = residual.log.settings, residual.quiet[i] / residual.window
-    x = np.column_stack([np.ones(len(ok)), features.values[np.ix_(ok, columns)]])
+    x = np.column_stack([np.ones(len(ok)), features.values[ok][:, list(columns)]])
     y = residual.values[ok, i]
     if len(ok) <= x.shape[1] + 4:
         return None

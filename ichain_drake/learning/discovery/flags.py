@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +16,10 @@ from ichain_drake.learning.discovery.structure import Explained
 from ichain_drake.learning.discovery.term import Term
 from ichain_drake.learning.effects.alignment import position_groups
 
-_SURELY, _LIKELY = 4.0, 1.5  # nat by which a tick is one in which it was seen to act; the second where the first are few
+_SURELY, _LIKELY = (
+    4.0,
+    1.5,
+)  # nat by which a tick is one in which it was seen to act; the second where the first are few
 _FEW = 8  # ticks
 _NARROW = 0.3  # share of a coordinate's range within which it always acted, so that it may be a condition
 _STILL_ACTS = 0.7  # share of these ticks that a tightened gate must keep
@@ -108,10 +110,10 @@ def _tightened(log: Log, term: Term) -> Term:
     if seen.sum() < _FEW:
         seen = term.on
     barred = caused(views, log.spaces[term.child], term.child, term.parent, [e.variable for e in term.effects])
-    barred = dict(zip((i.label for i in views.items), barred, strict=True))
+    use = {i.label for i, never in zip(views.items, barred, strict=True) if not never}
     low, high = term.gate.low.copy(), term.gate.high.copy()
     for j, item in enumerate(term.inputs):
-        if barred[item.label] or not item.place or item.owner not in (term.parent, term.child):
+        if item.label not in use or not item.place or item.owner not in (term.parent, term.child):
             continue
         (a, b), (least, most) = np.quantile(values[seen, j], [0.05, 0.95]), np.quantile(values[:, j], [0.02, 0.98])
         if most - least < 1e-9 or b - a > _NARROW * (most - least):
@@ -131,5 +133,3 @@ def _tightened(log: Log, term: Term) -> Term:
 def open_stretches(open_rows: BoolArray, most: int) -> list[tuple[int, int]]:
     """The longest stretches (start, end) of rows that stay open; end is one past the last."""
     return sorted(runs(open_rows), key=lambda r: r[0] - r[1])[:most]
-
-

@@ -84,7 +84,8 @@ class GateSearch:
         if evidence.max(initial=0.0) <= 0:
             return open_gate, float(evidence.sum())
         gate, value, ranked = self._ascend(evidence, usable, None)
-        results, seen = [(gate, value)], set()
+        results = [(gate, value)]
+        seen: set[int] = set()
         for move in ranked:
             if move.value <= 0 or len(seen) >= _STARTS:
                 break

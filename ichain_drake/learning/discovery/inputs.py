@@ -117,7 +117,10 @@ def caused(inputs: GateInputs, space: StateSpace, child: str, parent: str, chang
     return np.array(
         [
             not i.relative
-            and ((related and i.place and i.owner in (parent, child)) or (i.owner == child and bool(moved & set(i.variables))))
+            and (
+                (related and i.place and i.owner in (parent, child))
+                or (i.owner == child and bool(moved & set(i.variables)))
+            )
             for i in inputs.items
         ]
     )
@@ -155,7 +158,9 @@ def _add_object(log: Log, obj: str, rows: IntArray, items: list[GateInput], colu
     for group, place in _place(log, obj, rows):
         placed |= set(group.indices)
         for k, axis in enumerate(group.axes):
-            items.append(GateInput(obj, f"{obj} at {group.frame} {axis}", True, False, group.indices, False, settings.face))
+            items.append(
+                GateInput(obj, f"{obj} at {group.frame} {axis}", True, False, group.indices, False, settings.face)
+            )
             columns.append(place[:, k])
     for i in log.data.variables[obj]:
         if i in placed or is_change(space, i):

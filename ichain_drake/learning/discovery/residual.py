@@ -91,11 +91,11 @@ class Residual:
             i = np.arange(b - a)
             low, high = np.maximum(i - window // 2, 0), np.minimum(i + window - window // 2, b - a)
             out[a:b] = (total[high] - total[low]) / (high - low)[:, None]
-        for i in self.variables:  # what moves at once needs no means, and what has no memory has none
-            role = self.space.variables[i].role
+        for v in self.variables:  # what moves at once needs no means, and what has no memory has none
+            role = self.space.variables[v].role
             at_once = role is not None and role.kind in ("position", "orientation", "level")
-            if at_once or self.constants[i] is not None:
-                out[:, i] = 0.0
+            if at_once or self.constants[v] is not None:
+                out[:, v] = 0.0
         return out
 
     def clipped(self, change: FloatArray, i: int, ticks: NDArray[np.intp] | slice = slice(None)) -> FloatArray:
@@ -110,9 +110,7 @@ class Residual:
         below, above = (w * (np.abs(w) > _AT_BOUND * self.quiet[i]) for w in self._ways(low, high, i, ticks))
         return np.clip(change, below, above)
 
-    def _ways(
-        self, low: float, high: float, i: int, ticks: NDArray[np.intp] | slice
-    ) -> tuple[FloatArray, FloatArray]:
+    def _ways(self, low: float, high: float, i: int, ticks: NDArray[np.intp] | slice) -> tuple[FloatArray, FloatArray]:
         """How far a variable may go down and up, shape (n,) each."""
         now = self.state[ticks, i]
         most = np.full(len(now), np.finfo(float).max)

@@ -13,7 +13,7 @@ from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.flags import edge_flags
 from ichain_drake.learning.discovery.log import Log, RawPiece, digest, make_log
 from ichain_drake.learning.discovery.settings import DiscoverySettings
-from ichain_drake.learning.discovery.structure import Explained, explain
+from ichain_drake.learning.discovery.structure import Explained, Rival, certainty, explain
 from ichain_drake.learning.effects.alignment import position_groups
 from ichain_drake.state import FloatArray, StateSpace
 
@@ -25,9 +25,10 @@ class FoundEdge:
     Attributes:
         edge: which.
         gain: evidence on ticks that were left out [nat].
+        confidence: probability that it acts at all, and that it isn't a rival that does.
         ticks: in which its effect shows.
         text: what it does and when, a line a term.
-        rivals: other objects that explain the same ticks, with how much less [nat].
+        rivals: other objects that explain the same ticks.
         on: per piece whether it is active, shape (n_rows,).
         open: per piece rows in which nothing would show whether it is, shape (n_rows,).
         gates: whether its parent only has a say in when another acts.
@@ -35,9 +36,10 @@ class FoundEdge:
 
     edge: Interaction
     gain: float
+    confidence: float
     ticks: int
     text: tuple[str, ...]
-    rivals: tuple[tuple[str, float], ...]
+    rivals: tuple[Rival, ...]
     on: Mapping[str, BoolArray]
     open: Mapping[str, BoolArray]
     gates: bool
@@ -120,21 +122,20 @@ def _edges(log: Log, found: Explained) -> list[FoundEdge]:
     out = []
     for edge, flags in edge_flags(log, found).items():
         own = [(t, r) for t, r in zip(found.terms, found.rivals, strict=True) if t.parent == edge.parent]
-        about = own or [
-            (t, ()) for t in found.terms if edge.parent in t.objects and t.parent != edge.parent
-        ]
+        about = own or [(t, ()) for t in found.terms if edge.parent in t.objects and t.parent != edge.parent]
         shows = np.any([t.on & (t.evidence > log.settings.shows) for t, _ in about], axis=0)
-        rivals: dict[str, float] = {}
-        for _, others in about:
-            rivals |= {name: less for name, less in others if name != child}
+        rivals = {r.parent: r for _, others in about for r in others if r.parent != child}
+        confidence = max(certainty(t.left_out, log) for t, _ in about)
+        confidence *= 1.0 - max([0.0, *(r.probability for r in rivals.values())])
         names_of = [p.name for p in log.data.pieces]
         out.append(
             FoundEdge(
                 edge,
                 float(sum(t.gain for t, _ in about)),
+                confidence,
                 int(shows.sum()),
                 tuple(t.text(names) for t, _ in about),
-                tuple(rivals.items()),
+                tuple(rivals.values()),
                 dict(zip(names_of, log.split(flags.on), strict=True)),
                 dict(zip(names_of, log.split(flags.open), strict=True)),
                 not own,

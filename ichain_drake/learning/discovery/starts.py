@@ -23,7 +23,10 @@ def starts(residual: Residual, inputs: GateInputs, train: BoolArray) -> list[Boo
         train: ticks that may be used, shape (n_ticks,).
     """
     settings, window = residual.log.settings, residual.window
-    loud = {i: np.abs(residual.values[:, i]) > settings.perturbed * residual.spread[:, i] / window for i in residual.variables}
+    loud = {
+        i: np.abs(residual.values[:, i]) > settings.perturbed * residual.spread[:, i] / window
+        for i in residual.variables
+    }
     perturbed = np.any(list(loud.values()), axis=0)
     out: list[BoolArray] = []
     if perturbed.sum() >= settings.rows:
@@ -37,9 +40,9 @@ def starts(residual: Residual, inputs: GateInputs, train: BoolArray) -> list[Boo
         value = np.clip(residual.values[:, i], -most, most) * residual.quiet[i] / residual.spread[:, i] * train
         total = np.cumsum(np.where(residual.telling(i), value, 0.0)[order], axis=0)
         for sums, counts, side in ((total, count, 1), (total[-1] - total, count[-1] - count, -1)):
-            mean = np.where(counts > _LEAST_MEAN, sums**2 / np.maximum(counts, 1), 0.0) * window
-            mean = mean / (2.0 * residual.quiet[i] ** 2)
-            found += [(float(mean[k, j]), i, j, int(k), side) for j, k in enumerate(mean.argmax(axis=0))]
+            explained = np.where(counts > _LEAST_MEAN, sums**2 / np.maximum(counts, 1), 0.0) * window
+            explained = explained / (2.0 * residual.quiet[i] ** 2)
+            found += [(float(explained[k, j]), i, j, int(k), side) for j, k in enumerate(explained.argmax(axis=0))]
     found.sort(key=lambda f: -f[0])
     for mean, i, j, k, side in found[:_INTERVALS]:
         if mean < _LEAST_MEAN:
@@ -49,8 +52,8 @@ def starts(residual: Residual, inputs: GateInputs, train: BoolArray) -> list[Boo
         if rows.sum() < settings.rows:
             continue
         out.append(rows)
-        most = _LOUD * residual.quiet[i]
-        value = residual.values[:, i] * np.sign(np.sum(np.clip(residual.values[rows, i], -most, most)))
+        loudest = _LOUD * residual.quiet[i]
+        value = residual.values[:, i] * np.sign(np.sum(np.clip(residual.values[rows, i], -loudest, loudest)))
         upper = rows & (value > _UPPER * np.quantile(value[rows], 0.9))
         if upper.sum() >= settings.rows:
             out.append(upper)

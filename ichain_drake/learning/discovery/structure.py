@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtr
 
 from ichain_drake.learning.discovery.log import Log
 from ichain_drake.learning.discovery.passive_kind import constant_values
@@ -13,11 +14,25 @@ from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.discovery.term import Term
 from ichain_drake.learning.discovery.term_fit import fit_term, judged
 from ichain_drake.learning.selection import by_part, clearly
+from ichain_drake.state import FloatArray
 
 _WORTH_JUDGING = 0.3  # of the best candidate's evidence
 _NEAR = 0.5  # of the best score: candidates that may be as good once their gates look at other objects
 _LOOKING = 4  # of these that are looked at
 _LOOKS_PAYS = 20.0, 0.1  # nat, and share of its own evidence, that a gate must gain by looking at other objects
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another object that explains the same ticks.
+
+    Attributes:
+        parent: the object.
+        probability: that it is the cause instead, by the one standard error of the difference on left-out ticks.
+    """
+
+    parent: str
+    probability: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +42,12 @@ class Explained:
     Attributes:
         residual: its motion beyond the passive one.
         terms: gated effects on it, its own among them.
-        rivals: per term, other parents that explain the same ticks about as well, with how much less they gain [nat].
+        rivals: per term, other parents that explain the same ticks.
     """
 
     residual: Residual
     terms: tuple[Term, ...]
-    rivals: tuple[tuple[tuple[str, float], ...], ...]
+    rivals: tuple[tuple[Rival, ...], ...]
 
 
 def explain(log: Log, child: str, parents: Sequence[str], required: Sequence[str] = ()) -> Explained:
@@ -46,7 +61,7 @@ def explain(log: Log, child: str, parents: Sequence[str], required: Sequence[str
     """
     residual = Residual(log, child, constant_values(log, child, parents))
     terms: list[Term] = []
-    rivals: list[tuple[tuple[str, float], ...]] = []
+    rivals: list[tuple[Rival, ...]] = []
     while len(terms) < log.settings.most_terms:
         residual.leave(terms)
         best, others = _next(residual, terms, parents, required)
@@ -67,6 +82,12 @@ def explain(log: Log, child: str, parents: Sequence[str], required: Sequence[str
     return Explained(residual, tuple(terms), tuple(rivals))
 
 
+def certainty(left_out: FloatArray, log: Log) -> float:
+    """Probability that gains on left-out ticks, shape (n_ticks,), are above zero in truth, by their standard error."""
+    gains = by_part(left_out, log.block)
+    return float(ndtr(gains.sum() / max(float(np.sqrt(np.sum(gains**2))), 1e-12)))
+
+
 def score(term: Term, log: Log) -> float:
     """Evidence on left-out ticks less its price [nat]."""
     return term.gain - term.price(log.settings)
@@ -74,7 +95,7 @@ def score(term: Term, log: Log) -> float:
 
 def _next(
     residual: Residual, terms: Sequence[Term], parents: Sequence[str], required: Sequence[str]
-) -> tuple[Term | None, tuple[tuple[str, float], ...]]:
+) -> tuple[Term | None, tuple[Rival, ...]]:
     """The term that pays most on what others leave, and its rivals."""
     log, settings = residual.log, residual.log.settings
     missing = set(required) - {t.parent for t in terms}
@@ -94,9 +115,9 @@ def _next(
         if term.value < _WORTH_JUDGING * top and term.parent not in missing:
             continue
         residual.leave(terms, term.window)
-        term = judged(residual, term)
-        if _pays(term, log, tried) or (term.parent in missing and term.gain > 0):
-            paying.append(term)
+        found = judged(residual, term)
+        if _pays(found, log, tried) or (found.parent in missing and found.gain > 0):
+            paying.append(found)
     if not paying:
         return None, ()
     paying.sort(key=lambda t: -score(t, log))
@@ -104,7 +125,7 @@ def _next(
     widened = [_looking_around(residual, terms, t, parents) for t in near]
     best = _most_direct(max(widened, key=lambda t: score(t, log)), widened, log)
     same = [
-        (t.parent, score(best, log) - score(t, log))
+        Rival(t.parent, 1.0 - certainty(best.left_out - t.left_out, log))
         for t in (*widened, *paying[len(near) :])
         if t.parent not in (best.parent, residual.child) and _same(t, best) and score(t, log) > _NEAR * score(best, log)
     ]
@@ -177,9 +198,7 @@ def _refitted(residual: Residual, terms: Sequence[Term], k: int) -> Term:
     return old if new is None else replace(new, left_out=old.left_out)
 
 
-def _take_back(
-    residual: Residual, terms: list[Term], rivals: list[tuple[tuple[str, float], ...]], required: Sequence[str]
-) -> None:
+def _take_back(residual: Residual, terms: list[Term], rivals: list[tuple[Rival, ...]], required: Sequence[str]) -> None:
     """Remove terms that the others make superfluous."""
     k = 0
     while len(terms) > 1 and k < len(terms):
@@ -194,4 +213,3 @@ def _take_back(
             k = 0
         else:
             k += 1
-

@@ -22,6 +22,7 @@ from ichain_drake.state import FloatArray
 
 _ROUNDS = 5
 _LEFT_OUT_ROUNDS = 3
+_STEP = 0.5  # of the 90th percentile of an effect: beyond it is the upper side of a step
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,9 @@ def _views(residual: Residual, parent: str, others: Sequence[str], alignment: Al
     return _Views(alignment, inputs, features(residual, parent, alignment), search)
 
 
-def fit_term(residual: Residual, parent: str, others: Sequence[str] = (), start: BoolArray | None = None) -> Term | None:
+def fit_term(
+    residual: Residual, parent: str, others: Sequence[str] = (), start: BoolArray | None = None
+) -> Term | None:
     """The best gated effect of a parent on what is left of a child's motion, or None where nothing is explained.
 
     Args:
@@ -58,13 +61,20 @@ def fit_term(residual: Residual, parent: str, others: Sequence[str] = (), start:
     if movable:  # where both move, they may move together
         indices = list(position_groups(residual.space)[0].indices)
         loud = np.abs(residual.values[:, indices]) > log.settings.perturbed * residual.spread[:, indices]
-        alignment = tick_alignment(log, parent, residual.child, loud.any(axis=1))
+        alignment = tick_alignment(log, parent, residual.child, np.asarray(loud.any(axis=1)))
     views = _views(residual, parent, others, alignment)
     best: Term | None = None
     for rows in [start] if start is not None else starts(residual, views.inputs, every):
         term = _climb(residual, parent, others, views, rows, every, _ROUNDS, movable=movable)
         if term is not None and (best is None or term.value > best.value):
             best = term
+    if best is not None and any(e.columns and not e.declared for e in best.effects):
+        # A line in an input may be a step of it: what a gate and a constant say with fewer parameters.
+        size = np.abs(best.predicted[:, [e.variable for e in best.effects]]).max(axis=1)
+        high = best.on & (size > _STEP * np.quantile(size[best.on], 0.9)) if best.on.any() else best.on
+        step = _climb(residual, parent, others, views, high, every, _ROUNDS, movable=movable)
+        if step is not None and step.value > best.value:
+            best = step
     return best
 
 

@@ -53,7 +53,7 @@ def tick_alignment(log: Log, parent: str, child: str, on: BoolArray) -> Alignmen
 
 def _turn(moved_p: FloatArray, moved_c: FloatArray, *, rigid: bool) -> FloatArray:
     keep = np.ones(len(moved_p), dtype=bool)
-    turn = np.eye(moved_c.shape[1], moved_p.shape[1])
+    turn: FloatArray = np.eye(moved_c.shape[1], moved_p.shape[1])
     for _ in range(4):
         if rigid:
             cross = moved_c[keep].T @ moved_p[keep]
@@ -61,9 +61,9 @@ def _turn(moved_p: FloatArray, moved_c: FloatArray, *, rigid: bool) -> FloatArra
             u, _, vt = np.linalg.svd(cross + prior)
             sign = np.ones(len(u))
             sign[-1] = np.sign(np.linalg.det(u @ vt))
-            turn = (u * sign) @ vt
+            turn = np.asarray((u * sign) @ vt)
         else:
-            turn = np.linalg.lstsq(moved_p[keep], moved_c[keep], rcond=None)[0].T
+            turn = np.asarray(np.linalg.lstsq(moved_p[keep], moved_c[keep], rcond=None)[0].T)
         residual = np.linalg.norm(moved_c - moved_p @ turn.T, axis=1)
         kept = residual <= _TRIM * max(float(np.median(residual)), 1e-9)
         if kept.sum() < 4:
