@@ -19,7 +19,7 @@ _CORRECTED = 5  # ticks after which a carried object is looked at anew
 
 
 @dataclass(eq=False)
-class Carry(Task):
+class CarryTask(Task):
     """Bring variables of an object that follows the robot to values, by the learned inverse model under feedback."""
 
     target: Mapping[int, float] = field(default_factory=dict)
@@ -108,7 +108,7 @@ class Carry(Task):
 
 
 @dataclass(eq=False)
-class CarryPart(Carry):
+class CarryPartTask(CarryTask):
     """Carry some variables while the others stay as they are when it begins."""
 
     every: tuple[int, ...] = ()

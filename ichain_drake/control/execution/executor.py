@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 import numpy as np
 
 from ichain_drake.control.execution.carried import Carried
-from ichain_drake.control.execution.carrying import Carry
+from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.course import Motion
 from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
@@ -146,7 +146,7 @@ class Executor:
     def _act(self, memory: Memory, task: Task) -> Answer:
         """One tick of a task; what the robot carries and where it let go of things is kept on the way."""
         view, child = self._view(memory), task.edge.child if task.edge is not None else ""
-        if isinstance(task, Carry | Approach):
+        if isinstance(task, CarryTask | Approach):
             memory.carried = memory.carried.taken(child, view.averaged()[child])
         try:
             answer = task.act(view)

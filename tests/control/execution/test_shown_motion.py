@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from chest import GRAPH, SHUT, Chest, learned, readings
 
-from ichain_drake.control.execution.carrying import Carry
+from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.graph import Interaction
 
 LID = Interaction("hand", "lid")
@@ -41,6 +41,6 @@ def test_a_motion_that_was_not_shown_is_hardly_made(shown: float, aside: float) 
     )
     now = readings(Chest(1, inside=True))
     view = SimpleNamespace(model=odd, command=np.array([*SHUT, 1.0]))
-    command = Carry(LID)._linearized(view, now, np.array([np.nan, 0.1, np.nan]))  # type: ignore[arg-type]
+    command = CarryTask(LID)._linearized(view, now, np.array([np.nan, 0.1, np.nan]))  # type: ignore[arg-type]
     assert command[Y] - SHUT[Y] == pytest.approx(0.1 - aside, abs=0.001)
     assert command[Z] - SHUT[Z] == pytest.approx(aside, abs=0.001)

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ichain_drake.control.planning.macros import Carry, _unseen
+from ichain_drake.control.planning.options import CarryOption, _unseen
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -19,8 +19,8 @@ def model(seen: list[list[float]], *, roles: bool = True) -> SimpleNamespace:
     return SimpleNamespace(graph=graph, edges={CARRY: SimpleNamespace(examples=SimpleNamespace(active=active))})
 
 
-def carry() -> Carry:
-    return Carry(CARRY, np.array([0, 1]), np.array([[0.1, 0.0], [0.2, 0.02]]))
+def carry() -> CarryOption:
+    return CarryOption(CARRY, np.array([0, 1]), np.array([[0.1, 0.0], [0.2, 0.02]]))
 
 
 def test_a_low_place_that_was_only_seen_turned_is_far_from_what_was_seen() -> None:
