@@ -55,9 +55,9 @@ if TYPE_CHECKING:
     from ichain_drake.scenarios import GraphScenario, PathScenario, Scenario
     from ichain_drake.scenarios.build import build_world
     from ichain_drake.scenarios.config import ScenarioConfig
+    from ichain_drake.scenarios.faults import Faults, GoalFaultConfig
     from ichain_drake.scenarios.graph_scenario import GraphConfig
     from ichain_drake.scenarios.hand_commands import HandCommands
-    from ichain_drake.scenarios.mishaps import Mishap, MishapConfig
     from ichain_drake.scenarios.object_maker import ObjectMaker
     from ichain_drake.scenarios.scripted_piece import ScriptedPiece
     from ichain_drake.simulation.commands import Commands
@@ -105,7 +105,7 @@ _MODULES = {
     "scenarios.graph_scenario": ("GraphConfig",),
     "scenarios.hand_commands": ("HandCommands",),
     "runs.goals.knowledge": ("Knowledge", "learn_graph"),
-    "scenarios.mishaps": ("Mishap", "MishapConfig"),
+    "scenarios.faults": ("Faults", "GoalFaultConfig"),
     "scenarios.object_maker": ("ObjectMaker",),
     "scenarios.scripted_piece": ("ScriptedPiece",),
     "simulation.recorder": ("record",),
@@ -154,8 +154,8 @@ __all__ = [
     "LearnedGraph",
     "LearnedLink",
     "LinkCandidates",
-    "Mishap",
-    "MishapConfig",
+    "Faults",
+    "GoalFaultConfig",
     "MoveTo",
     "ObjectMaker",
     "ObjectSettings",

@@ -9,12 +9,12 @@ from ichain_drake.scenarios.adjustable import Adjustable
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.real_time import FrameClock
 from ichain_drake.timing import FRAME
-from ichain_drake.visualization import Button, LiveView
+from ichain_drake.visualization import LiveView, PageButton
 
 if TYPE_CHECKING:
     from ichain_drake.scenarios.base import Scenario
 
-STOP = Button("Stop the run (Esc)", "Escape", "stop: report and recording are kept")
+STOP = PageButton("Stop the run (Esc)", "Escape", "stop: report and recording are kept")
 
 _TELL = 0.1  # [s] of real time between two changes of the panel
 _FAREWELL = 0.6  # [s] in which the page asks once more

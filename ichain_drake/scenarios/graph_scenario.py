@@ -19,8 +19,8 @@ from ichain_drake.robot import BodySpec, Physics, RobotSpec, build_robot, hand_p
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import Progress, Scenario
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.faults import Faults, GoalFaultConfig, draw_faults
 from ichain_drake.scenarios.hand_commands import HandCommands
-from ichain_drake.scenarios.mishaps import Mishap, MishapConfig, draw_mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece, StartT
 from ichain_drake.scenarios.seats import Seat, hand_seat
@@ -33,7 +33,7 @@ from ichain_drake.world.world import World
 
 _RUNS_PER_SEED = 1000
 _FIRST_DEMONSTRATION = 900  # runs of an evaluation are below: the script's noise is never theirs
-_STARTS, _MISHAPS = 0, 1  # purposes of random numbers
+_STARTS, _FAULTS = 0, 1  # purposes of random numbers
 _OPEN = 0.08  # m between the fingers of a hand that is drawn open
 
 
@@ -44,11 +44,11 @@ class GraphConfig(ScenarioConfig):
     Attributes:
         goal: what `run` and `plan` ask for where the command line says nothing else, such as `object.variable >= 0.5`,
             `keep object.variable within 0.02` or `not parent->child`.
-        mishap: what the scenario's faults do.
+        fault: what goes wrong, and how much.
     """
 
     goal: list[str] = field(default_factory=list)
-    mishap: MishapConfig = field(default_factory=MishapConfig)
+    fault: GoalFaultConfig = field(default_factory=GoalFaultConfig)
 
 
 class GraphScenario(Scenario, Generic[StartT]):
@@ -91,7 +91,7 @@ class GraphScenario(Scenario, Generic[StartT]):
 
         Args:
             start: state that the world starts from.
-            make: makes one, by its class and name; knows what goes wrong in this world (`make.mishap`).
+            make: makes one, by its class and name; knows what goes wrong in this world (`make.faults`).
         """
 
     @abstractmethod
@@ -102,7 +102,7 @@ class GraphScenario(Scenario, Generic[StartT]):
             rng: draws starts and the unsteadiness of the person's hand.
         """
 
-    def bodies(self, start: StartT, mishap: Mishap) -> Mapping[str, BodySpec]:
+    def bodies(self, start: StartT, faults: Faults) -> Mapping[str, BodySpec]:
         """Bodies in the arm's plant, by object name; `contact` needs them for whatever a hand touches."""
         return {}
 
@@ -155,17 +155,15 @@ class GraphScenario(Scenario, Generic[StartT]):
         """
         return self.draw_start(np.random.default_rng([self.seed, _STARTS, run]))
 
-    def mishap(self, run: int) -> Mishap:
+    def draw_faults(self, run: int) -> Faults:
         """What the configured fault does in a run."""
-        return draw_mishap(
-            self.config.fault.kind, self.config.mishap, np.random.default_rng([self.seed, _MISHAPS, run])
-        )
+        return draw_faults(self.config.fault, np.random.default_rng([self.seed, _FAULTS, run]))
 
     def make_world(self, run: int) -> tuple[World, Prepare]:
         """The world of a run, with the fault that the configuration asks for.
 
         Args:
-            run: number of the run; keys its start, noise and mishaps.
+            run: number of the run; keys its start, noise and faults.
         """
         return self.build_world(self.start(run), run, faulty=True)
 
@@ -176,7 +174,7 @@ class GraphScenario(Scenario, Generic[StartT]):
 
         Args:
             start: state that it starts from.
-            run: keys noise and mishaps.
+            run: keys noise and faults.
             physics: in place of the scenario's.
             faulty: whether the configured fault happens.
 
@@ -187,14 +185,14 @@ class GraphScenario(Scenario, Generic[StartT]):
             InputError: in `contact`, if no object has a body to touch.
         """
         physics = physics or self.physics
-        seed, mishap = self.seed * _RUNS_PER_SEED + run, self.mishap(run) if faulty else Mishap()
-        bodies = self.bodies(start, mishap)
+        seed, faults = self.seed * _RUNS_PER_SEED + run, self.draw_faults(run) if faulty else Faults()
+        bodies = self.bodies(start, faults)
         if physics == "contact" and not bodies:
             raise InputError(f"{self.name}: no object has a body that a hand could touch; choose ideal or arm")
         robot = build_robot(self._robot_spec(), physics, bodies, seed)
         touched = bodies if isinstance(robot, ArmRobot) and physics == "contact" else {}
         sizes = {name: robot.body_size(name) for name in touched}  # type: ignore[union-attr] # an ArmRobot
-        make = ObjectMaker(self.graph, seed, self.config.noise.scale, sizes, mishap)
+        make = ObjectMaker(self.graph, seed, self.config.noise.scale, sizes, faults)
         world = World(self.graph, robot, dict(self.make_objects(start, make)))
         hand = self.start_hand(start)
 

@@ -15,7 +15,7 @@ from ichain_drake.graph import InteractionGraph
 from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME
-from ichain_drake.visualization import Axis, Button, Camera
+from ichain_drake.visualization import Axis, Camera, PageButton
 from ichain_drake.world.world import World
 
 _SPEED = {"m": 0.15, "rad": 0.8}  # of a hand that is moved by axes
@@ -42,7 +42,7 @@ class Seat(ABC):
     plant: Callable[[], Diagram | None]
     objects: tuple[str, ...]
     axes: tuple[Axis, ...] = ()
-    toggles: tuple[Button, ...] = ()
+    toggles: tuple[PageButton, ...] = ()
     camera: Camera | None = None
 
     @abstractmethod
@@ -152,7 +152,7 @@ def hand_seat(scenario: Drivable, world: Callable[[int], tuple[World, Prepare]])
     keys = ["KeyG", "KeyH", "KeyJ"]
     binary = [v.name for v in space.variables if v.kind == "binary"]
     toggles = tuple(
-        Button(name, keys[i] if i < len(keys) else "", f"{name}: on, off", 5 + i) for i, name in enumerate(binary)
+        PageButton(name, keys[i] if i < len(keys) else "", f"{name}: on, off", 5 + i) for i, name in enumerate(binary)
     )
     objects = tuple(scenario.graph.objects)
     return HandSeat(

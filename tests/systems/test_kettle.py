@@ -196,7 +196,7 @@ def test_the_hand_carries_the_bottle_around_a_kettle_that_it_never_touched() -> 
         ("start.bottle=[0.7]", "ideal", "start.bottle"),
         ("start.water=[0.9, 0.2]", "ideal", "start.water"),
         ("start.spread=-1", "ideal", "start.spread"),
-        ("mishap.stiffness=0", "ideal", "mishap.stiffness"),
+        ("fault.stiffness=0", "ideal", "fault.stiffness"),
         ("fault.kind=slip", "contact", "in contact the plant alone moves things"),
         ("fault.kind=flood", "ideal", "flood"),
     ],
@@ -209,7 +209,7 @@ def test_bad_settings_are_refused_in_a_line(setting: str, physics: str, says: st
 
 @pytest.mark.parametrize("fault", ["slip", "knock", "stiff", "dropout"])
 def test_every_fault_happens_to_the_run_alone(fault: str) -> None:
-    faulty = KettleScenario((f"fault.kind={fault}", "mishap.time=[1.0, 1.0]"), "ideal")
+    faulty = KettleScenario((f"fault.kind={fault}", "fault.time=[1.0, 1.0]"), "ideal")
     start = dataclasses.replace(faulty.start(0), hand=(0.6, 0.0, 0.3, 0.0, FORWARD, 0.0))
     for world, _ in (faulty.build_world(start, 0), faulty.build_world(start, 0, faulty=True)):
         bottle, kettle, switch = (world.objects[n] for n in (BOTTLE, KETTLE, SWITCH))

@@ -22,7 +22,7 @@ from ichain_drake.robot.models import model_parser, resolve_model
 from ichain_drake.runs.goals.evaluation import score_classifiers
 from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
 from ichain_drake.runs.goals.run import GraphRun, run_graph
-from ichain_drake.scenarios.mishaps import Mishap
+from ichain_drake.scenarios.faults import Faults
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode, EpisodeLog
 from ichain_drake.systems.microwave.demonstrations import script_pieces
@@ -102,8 +102,8 @@ def test_the_plants_oven_is_the_layouts() -> None:
     for box in LAYOUT.boxes:
         middle = " ".join(f"{(a + b) / 2:.4g}" for a, b in zip(box[:3], box[3:], strict=True))
         assert f'<origin xyz="{middle}"/>' in text
-    for mishap in (Mishap(), Mishap(stiffness=1.5)):
-        bodies = scenario().bodies(MicrowaveStart((0.6, -0.2), 0.1, door=0.05), mishap)
+    for faults in (Faults(), Faults(stiffness=1.5)):
+        bodies = scenario().bodies(MicrowaveStart((0.6, -0.2), 0.1, door=0.05), faults)
         for name, mount in ((DOOR, LAYOUT.door), (BUTTON, LAYOUT.button), (KNOB, LAYOUT.knob)):
             part = MultibodyPlant(0.0)
             model_parser(part).AddModels(resolve_model(bodies[name].file, "test"))
@@ -139,8 +139,8 @@ def test_settings_that_cannot_be_are_refused(setting: str, message: str) -> None
 
 
 @pytest.mark.parametrize("kind", ["slip", "knock", "dropout"])
-def test_mishaps_meet_the_food(kind: str) -> None:
-    wrong = Microwave((f"fault.kind={kind}", "mishap.time=[0.5, 0.5]", "noise.scale=0"), "ideal")
+def test_faults_meet_the_food(kind: str) -> None:
+    wrong = Microwave((f"fault.kind={kind}", "fault.time=[0.5, 0.5]", "noise.scale=0"), "ideal")
     start = wrong.start(0)
     hand = OvenTeleoperation(start.hand).take_food(start.food).lift().wait(3)
     world, prepare = wrong.make_world(0)
@@ -158,7 +158,7 @@ def test_mishaps_meet_the_food(kind: str) -> None:
         assert food[-1][2] == pytest.approx(food[0][2], abs=1e-6)
     elif kind == "knock":
         assert not held.any()  # it is no longer where it was seen
-        assert np.linalg.norm(food[-1][:2] - food[0][:2]) == pytest.approx(wrong.config.mishap.knock)
+        assert np.linalg.norm(food[-1][:2] - food[0][:2]) == pytest.approx(wrong.config.fault.knock)
     else:
         assert held[-1]
 
@@ -167,7 +167,7 @@ def test_mishaps_meet_the_food(kind: str) -> None:
     ("kind", "message"),
     [("slip", "in contact the plant alone moves things"), ("fire", "microwave has no fault 'fire'")],
 )
-def test_mishaps_that_cannot_be_are_refused(kind: str, message: str) -> None:
+def test_faults_that_cannot_be_are_refused(kind: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         Microwave((f"fault.kind={kind}",), "contact")
 
@@ -241,7 +241,7 @@ def test_heating_is_learned_to_depend_on_all_parents_of_the_food() -> None:
 
 def test_food_behind_a_shut_door_cannot_be_held_and_the_door_is_worth_opening() -> None:
     model = knowledge().model
-    edge, door = Interaction(HAND, FOOD), next(c for c in knowledge().planner.macros.carries if c.edge.child == DOOR)
+    edge, door = Interaction(HAND, FOOD), next(c for c in knowledge().planner.options.carries if c.edge.child == DOOR)
     held = {n: v[0] for n, v in model.edges[edge].examples.active.items()}
     held[FOOD][:3] = scenario().camera().from_robot(np.array([*PLACE, 0.07]))
     states = []

@@ -18,8 +18,7 @@ from ichain_drake.systems.water_dispenser.layout import LAYOUT, DispenserStart
 from ichain_drake.systems.water_dispenser.scenario import CUP, DISPENSE, HAND, POWER, TANK, WaterDispenser
 from ichain_drake.systems.water_dispenser.teleoperation import FORWARD, Teleoperation
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
-from ichain_drake.visualization import Episode as RecordedEpisode
-from ichain_drake.visualization import Recording, Scene, write_playback
+from ichain_drake.visualization import RecordedEpisode, Recording, Scene, write_playback
 from ichain_drake.world.world import World
 
 QUIET = ("noise.scale=0",)
@@ -228,7 +227,7 @@ def test_two_runs_are_equal_and_another_run_has_other_noise() -> None:
 
 @pytest.mark.parametrize("kind", ["slip", "knock", "stiff", "dropout"])
 def test_faults_happen_in_runs_and_never_in_demonstrations(kind: str) -> None:
-    scenario = WaterDispenser((f"fault.kind={kind}", "mishap.time=[5, 8]"), "ideal", seed=1)
+    scenario = WaterDispenser((f"fault.kind={kind}", "fault.time=[5, 8]"), "ideal", seed=1)
     start = scenario.start(0)
     hand = Teleoperation(start.hand)
     if kind == "stiff":
@@ -264,10 +263,10 @@ def test_bad_settings_are_refused() -> None:
         WaterDispenser(("camera_shift=[0, 1]",), "ideal")
     with pytest.raises(InputError, match="start.water is .* from 0 to 1, from and to"):
         WaterDispenser(("start.water=[0.5, 1.5]",), "ideal")
-    with pytest.raises(InputError, match="mishap.stiffness is 0"):
-        WaterDispenser(("mishap.stiffness=0",), "ideal")
+    with pytest.raises(InputError, match="fault.stiffness is 0"):
+        WaterDispenser(("fault.stiffness=0",), "ideal")
     with pytest.raises(InputError, match="there is no key 'spil'"):
-        WaterDispenser(("mishap.spil=0",), "ideal")
+        WaterDispenser(("fault.spil=0",), "ideal")
     with pytest.raises(InputError, match="fault.kind slip: in contact the plant alone moves things"):
         WaterDispenser(("fault.kind=slip",), "contact")
     with pytest.raises(InputError, match="has no fault 'fire'"):

@@ -17,7 +17,7 @@ from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.output import write_recording
 from ichain_drake.runs.paths.result import PathResult, PathRun
 from ichain_drake.simulation.commands import Commands
-from ichain_drake.simulation.episode import Episode
+from ichain_drake.simulation.episode import RecordedEpisode
 from ichain_drake.systems.car_game.scenario import CarGame
 from ichain_drake.systems.water_dispenser.layout import LAYOUT
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
@@ -39,7 +39,7 @@ return {
 
 
 def logged(scenario, world, prepare, commands):
-    episode = Episode(world, Commands(commands), prepare)
+    episode = RecordedEpisode(world, Commands(commands), prepare)
     episode.run(len(commands))
     return episode.log()
 

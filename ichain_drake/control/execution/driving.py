@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ichain_drake.control.execution.carrying import Carry
+from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.planning.model import GraphModel
@@ -25,7 +25,7 @@ class Approach(Task):
     """Bring what is carried to where it drives a variable; cut short where that is done on the way."""
 
     carry: Task | None = None
-    drive: Drive | None = None
+    drive: DriveTask | None = None
 
     mode = Mode.CARRY
 
@@ -39,7 +39,7 @@ class Approach(Task):
 
 
 @dataclass(eq=False)
-class Drive(Task):
+class DriveTask(Task):
     """Hold the robot, and what it carries, while a chain of interactions drives a variable, until that is done."""
 
     step: PlanStep | None = None
@@ -48,7 +48,7 @@ class Drive(Task):
     inactive: list[tuple[bool, ...]] = field(default_factory=list)
     arrived: bool = False
     pushed: bool = False
-    carrying: Carry | None = None
+    carrying: CarryTask | None = None
     course: Course = field(default_factory=Course)
     begun: FloatArray | None = None
     finished: bool = False
@@ -153,7 +153,7 @@ class Drive(Task):
         if ahead[best] < _ALIKE:
             return False
         target = dict(zip(index, (float(x) for x in poses[best]), strict=True))
-        self.carrying, self.pushed = Carry(edge, target=target), True
+        self.carrying, self.pushed = CarryTask(edge, target=target), True
         self.history, self.inactive = [], []
         return True
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ichain_drake.control.execution.carried import Carried
-from ichain_drake.control.execution.carrying import Carry, CarryPart
-from ichain_drake.control.execution.driving import Approach, Drive
+from ichain_drake.control.execution.carrying import CarryPartTask, CarryTask
+from ichain_drake.control.execution.driving import Approach, DriveTask
 from ichain_drake.control.execution.following import pose_of
 from ichain_drake.control.execution.moving import Moving
 from ichain_drake.control.execution.switching import Switch
@@ -51,7 +51,7 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
     if step.until is None:
         out += approach
     else:
-        drive = Drive(edge, step=step, goal=None if goes_along or step.hold is None else step.hold)
+        drive = DriveTask(edge, step=step, goal=None if goes_along or step.hold is None else step.hold)
         out += [Approach(edge, carry=t, drive=drive) for t in approach]
         out.append(drive)
         if step.before:
@@ -102,9 +102,9 @@ def carry_tasks(model: GraphModel, edge: Interaction, target: Mapping[int, float
     space = model.graph.objects[edge.child].observable
     place = {i for i in target if (r := space.variables[i].role) is not None and r.kind == "position"}
     if not enabled("place_first") or not place or place == set(target) or not independent(model, edge, sorted(target)):
-        return [Carry(edge, target=dict(target))]
+        return [CarryTask(edge, target=dict(target))]
     part = {i: x for i, x in target.items() if (i in place) == place_first}
-    return [CarryPart(edge, target=part, every=tuple(target)), Carry(edge, target=dict(target))]
+    return [CarryPartTask(edge, target=part, every=tuple(target)), CarryTask(edge, target=dict(target))]
 
 
 def way_back(model: GraphModel, step: PlanStep, origin: Mapping[int, float]) -> list[Task]:

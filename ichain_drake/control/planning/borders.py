@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ichain_drake.control.planning.macros import Carry
 from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel, is_change, span, take
+from ichain_drake.control.planning.options import CarryOption
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
@@ -42,7 +42,7 @@ class Border:
     edge: Interaction
 
 
-def find_borders(model: GraphModel, carries: Sequence[Carry]) -> tuple[Border, ...]:
+def find_borders(model: GraphModel, carries: Sequence[CarryOption]) -> tuple[Border, ...]:
     """Borders of all variables but the robot's and those that carrying an object sets.
 
     Args:

@@ -9,8 +9,8 @@ import numpy as np
 
 from ichain_drake.control.planning.enabling import Enabling
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
-from ichain_drake.control.planning.macros import Carry
 from ichain_drake.control.planning.model import Batch, GraphModel, row, span
+from ichain_drake.control.planning.options import CarryOption
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.slope import least_motion, slope
 from ichain_drake.rules import enabled
@@ -22,7 +22,7 @@ _LINE = 17
 
 def carry_targets(
     model: GraphModel,
-    carry: Carry,
+    carry: CarryOption,
     nodes: Sequence[States],
     start: States,
     conditions: Sequence[Condition],
@@ -98,7 +98,7 @@ def _distinct(found: Sequence[FloatArray], here: FloatArray, width: FloatArray) 
     return kept
 
 
-def _wanted(model: GraphModel, carry: Carry, start: States, conditions: Sequence[Condition]) -> FloatArray | None:
+def _wanted(model: GraphModel, carry: CarryOption, start: States, conditions: Sequence[Condition]) -> FloatArray | None:
     """The pose that the goal wants: given values where there are any, the others as at the nearest known place."""
     obj = carry.edge.child
     names = [model.graph.objects[obj].observable.names[i] for i in carry.follow]
@@ -122,7 +122,7 @@ def _wanted(model: GraphModel, carry: Carry, start: States, conditions: Sequence
     return pose + np.where(asked, change, np.where(np.abs(rest) > _SAME * width, rest, 0.0))
 
 
-def _goes_along(model: GraphModel, carry: Carry, pose: FloatArray, change: FloatArray) -> FloatArray:
+def _goes_along(model: GraphModel, carry: CarryOption, pose: FloatArray, change: FloatArray) -> FloatArray:
     """What changes of a pose where some of it is changed, since one motion does both: a drawer's place and its opening.
 
     Args:

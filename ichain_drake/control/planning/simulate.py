@@ -9,7 +9,6 @@ import numpy as np
 
 from ichain_drake.control.planning.borders import Border
 from ichain_drake.control.planning.drive_run import Run
-from ichain_drake.control.planning.macros import Drive
 from ichain_drake.control.planning.model import (
     Batch,
     BoolArray,
@@ -18,6 +17,7 @@ from ichain_drake.control.planning.model import (
     row,
 )
 from ichain_drake.control.planning.motion_run import MotionRun
+from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.stops import Stop, find_stops
 from ichain_drake.control.planning.travel import jumping
@@ -68,7 +68,7 @@ def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, 
 
 def simulate(
     model: GraphModel,
-    rows: Sequence[tuple[States, Drive]],
+    rows: Sequence[tuple[States, DriveOption]],
     parked: FloatArray,
     conditions: Sequence[Condition],
     borders: Sequence[Border] = (),

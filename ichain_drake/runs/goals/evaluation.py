@@ -26,7 +26,7 @@ from ichain_drake.runs.goals.variants import (
     CLASSIFIERS,
     NUMBER,
     PIECES,
-    Variant,
+    GoalVariant,
     choose_variants,
     piece_order,
     possible_variants,
@@ -69,7 +69,7 @@ class GoalEvaluation:
         trials: runs of each line.
         methods: only these; `method` or `method/case`; empty for all.
         jobs: processes; the result does not depend on it.
-        shared: runs that all have the demonstrations of the scenario's seed; starts, noise and mishaps are their own.
+        shared: runs that all have the demonstrations of the scenario's seed; starts, noise and faults are their own.
         fresh: runs with demonstrations of their own: of the scenario's seed and those that follow.
     """
 
@@ -228,7 +228,7 @@ def score_classifiers(
         return lines
 
 
-def _trial(variant: Variant, number: int, what: GoalEvaluation, pieces: int) -> Trial:
+def _trial(variant: GoalVariant, number: int, what: GoalEvaluation, pieces: int) -> Trial:
     shown = variant.learning if isinstance(variant.learning, int) else pieces
     settings, scenario = (*what.overrides, *variant.settings), what.scenario
     return Trial(

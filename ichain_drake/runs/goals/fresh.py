@@ -17,7 +17,7 @@ from ichain_drake.robot import Physics
 from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.goals.trial import Trial, run_trial, timed_trial, without_roles
-from ichain_drake.runs.goals.variants import NO_ROLES, Variant, piece_order
+from ichain_drake.runs.goals.variants import NO_ROLES, GoalVariant, piece_order
 from ichain_drake.scenarios.base import Scenario
 
 Row = dict[str, Any]
@@ -37,7 +37,7 @@ def try_to_learn(
     Args:
         graph: the interaction graph.
         pieces: to learn from.
-        key: see `Variant.learning`.
+        key: see `GoalVariant.learning`.
         spec: candidate estimators.
     """
     try:
@@ -93,7 +93,7 @@ class FreshSeed:
     physics: Physics
     seed: int
     goal: tuple[str, ...]
-    variants: tuple[Variant, ...]
+    variants: tuple[GoalVariant, ...]
     names: tuple[str, ...] = ()
 
     @property
@@ -128,7 +128,7 @@ class FreshSeed:
         variant = self.variants[self.ids.index(name)]
         return self._trial(variant, 0).failed(reason) | _times(0.0, 0.0, 0.0)
 
-    def _trial(self, variant: Variant, pieces: int) -> Trial:
+    def _trial(self, variant: GoalVariant, pieces: int) -> Trial:
         shown = variant.learning if isinstance(variant.learning, int) else pieces
         settings = (*self.overrides, *variant.settings)
         return Trial(

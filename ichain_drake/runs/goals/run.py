@@ -43,7 +43,7 @@ class GraphRun:
     Attributes:
         scenario: what runs.
         expressions: the goal, as text; by default the scenario's own.
-        number: of the run; keys start, noise and mishaps.
+        number: of the run; keys start, noise and faults.
         pieces: demonstrations.
         knowledge: learned from them, or from a library.
         goal: in force; conditions with `start` refer to readings at the start.

@@ -39,7 +39,7 @@ class Trial:
         kind: the scenario's class; a worker process makes its own.
         overrides: settings, with those of the case.
         physics: of the world.
-        seed: of the scenario; with `number` it keys start, noise and mishaps.
+        seed: of the scenario; with `number` it keys start, noise and faults.
         number: of the run.
         goal: as text.
         monitors: whether the controller watches what it does.

@@ -13,7 +13,7 @@ from ichain_drake.errors import IchainError
 from ichain_drake.runs.goals.fresh import FreshSeed
 from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.runs.goals.trial import ERROR, LEARNING
-from ichain_drake.runs.goals.variants import MONITORS, Variant
+from ichain_drake.runs.goals.variants import MONITORS, GoalVariant
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.following import follow, oracle_follow
 from ichain_drake.runs.paths.result import PathResult, PathRun
@@ -49,7 +49,7 @@ def _job(cases: tuple[Case, ...], seed: int, number: int) -> Job:
     if issubclass(first.kind, PathScenario):
         return PathTrials(cases, seed, number)
     goal = own_goal(first.kind((), first.physics, seed))  # type: ignore[arg-type] # it has what a goal needs
-    variants = tuple(Variant(MONITORS, case.fault, case.settings) for case in cases)
+    variants = tuple(GoalVariant(MONITORS, case.fault, case.settings) for case in cases)
     names = tuple(case.trial(seed) for case in cases)
     return FreshSeed(first.kind, (), first.physics, seed, goal, variants, names)
 
