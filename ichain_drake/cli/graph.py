@@ -18,7 +18,7 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.errors import InputError
 from ichain_drake.files import held
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import read_pieces
 from ichain_drake.learning.library import LibraryParts
 from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph, learn_rest
@@ -27,6 +27,7 @@ from ichain_drake.runs.goals.output import write_graph_pictures, write_graph_rec
 from ichain_drake.runs.goals.plan import make_plan
 from ichain_drake.runs.goals.run import GraphRun, own_goal, run_graph
 from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.paths.output import prepare_folder, write_report
 from ichain_drake.simulation.goal_episode import look
 
@@ -60,6 +61,7 @@ def run_goal_scenario(
     library: Path | None = None,
     *,
     resampled: bool = False,
+    taught: Taught | None = None,
     meshcat: bool = False,
     realtime: bool = False,
 ) -> int:
@@ -76,6 +78,8 @@ def run_goal_scenario(
     files.check_apart()
     known = _known(scenario, library)
     check_there(demos)
+    if taught is not None:
+        taught.graph(scenario.graph)  # refuses a file that can't be read, before anything is written
     files.prepare()
     interrupted = False
     with (
@@ -85,7 +89,9 @@ def run_goal_scenario(
     ):
         try:
             keep = files.demonstrations
-            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, resampled=resampled, progress=tell)
+            run_graph(
+                run, demos=demos, keep_demos=keep, knowledge=known, resampled=resampled, taught=taught, progress=tell
+            )
         except KeyboardInterrupt:
             interrupted = True
         tell("writing report, playback and pictures")
@@ -110,7 +116,13 @@ def run_goal_scenario(
 
 
 def print_plan(
-    scenario: Any, expressions: list[str], demos: Path | None, library: Path | None = None, *, resampled: bool = False
+    scenario: Any,
+    expressions: list[str],
+    demos: Path | None,
+    library: Path | None = None,
+    *,
+    resampled: bool = False,
+    taught: Taught | None = None,
 ) -> int:
     """`ichain plan`: learn (what the library doesn't know of the graph), look, plan, print.
 
@@ -124,18 +136,21 @@ def print_plan(
     spec = graph_spec(scenario.config)
     knowledge = _known(scenario, library)
     check_there(demos)
+    taught = taught or Taught()
+    graph = taught.graph(scenario.graph)
     with Reporter() as say:
 
         def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
             if demos is not None:
-                pieces = read_pieces(demos, scenario.graph, known, resampled=resampled, say=say.note)
-                tell_findings(pieces, scenario.graph, say.note)
-                return pieces
+                return _read(demos, graph, taught, say, known, resampled=resampled)
             say("recording demonstrations")
             return list(scenario.record_demonstrations(say, [e.name for e in known]))
 
-        if isinstance(knowledge, LibraryParts):
-            knowledge = learn_rest(show, scenario.graph, knowledge, spec, say=say)
+        if isinstance(knowledge, LibraryParts) and taught.unlabelled:
+            labels = taught.labelled(show(()), graph, say.note, recorded=demos is None)
+            knowledge = learn_rest(lambda known: labels.pieces, labels.graph, knowledge, spec, say=say)
+        elif isinstance(knowledge, LibraryParts):
+            knowledge = learn_rest(show, graph, knowledge, spec, say=say)
         start = look(scenario)
         say("planning")
         _, plan = make_plan(knowledge, goal, start)
@@ -146,19 +161,41 @@ def print_plan(
     return 1
 
 
-def learn_graph_library(scenario: Any, demos: Path, library: Path, *, resampled: bool = False) -> None:
+def _read(
+    demos: Path,
+    graph: InteractionGraph,
+    taught: Taught,
+    say: Reporter,
+    known: Collection[Interaction] = (),
+    *,
+    resampled: bool,
+) -> list[Demonstration]:
+    """Demonstrations of a folder, and what is odd about them."""
+    pieces = read_pieces(demos, graph, known, resampled=resampled, unlabelled=taught.unlabelled, say=say.note)
+    if not taught.unlabelled:
+        tell_findings(pieces, graph, say.note)
+    return pieces
+
+
+def learn_graph_library(
+    scenario: Any, demos: Path, library: Path, *, resampled: bool = False, taught: Taught | None = None
+) -> None:
     """`ichain learn`: learn the whole graph from demonstrations and save it.
 
     Raises:
         InputError: on bad demonstrations, or a library that can't be written.
     """
     spec = graph_spec(scenario.config)
+    taught = taught or Taught()
+    graph = taught.graph(scenario.graph)
     with Reporter() as say:
-        pieces = read_pieces(demos, scenario.graph, resampled=resampled, say=say.note)
-        tell_findings(pieces, scenario.graph, say.note)
+        pieces = _read(demos, graph, taught, say, resampled=resampled)
         prepare_folder(library)
+        if taught.unlabelled:
+            labels = taught.labelled(pieces, graph, say.note)
+            pieces, graph = list(labels.pieces), labels.graph
         say(f"learning from {len(pieces)} pieces")
-        knowledge = learn_graph(pieces, scenario.graph, spec)
+        knowledge = learn_graph(pieces, graph, spec)
     save_knowledge(knowledge, pieces, library, scenario.name)
     names = scenario.graph.objects
     for edge, learned in knowledge.model.edges.items():

@@ -16,6 +16,7 @@ from pathlib import Path
 import click
 
 from ichain_drake.cli.check import check
+from ichain_drake.cli.discover import discover
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
@@ -32,7 +33,7 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, relearn, scoreboard, check):
+for _command in (teach, learn, discover, relearn, scoreboard, check):
     app.add_command(_command)
 
 
@@ -64,7 +65,7 @@ def settings(scenario: str) -> None:
 @click.argument("more", nargs=-1, metavar="")
 @click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
-@options("resample", "library")
+@options("resample", "unlabelled", "no_graph", "graph_file", "library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
 @options("report", "output", "without")
 @click.option("--oracle/--no-oracle", default=True, show_default=True, help="also run the oracle, for comparison")
@@ -82,6 +83,9 @@ def run(
     goal: tuple[str, ...],
     demos: Path | None,
     resample: bool,
+    unlabelled: bool,
+    no_graph: bool,
+    graph_file: Path | None,
     library: Path | None,
     record: Path | None,
     report: str | None,
@@ -99,6 +103,7 @@ def run(
     from ichain_drake import rules
     from ichain_drake.cli.graph import run_goal_scenario
     from ichain_drake.cli.run import RunFiles, run_path_scenario
+    from ichain_drake.runs.goals.unlabelled import Taught
     from ichain_drake.scenarios import PathScenario
 
     if more and not (paths or goal):
@@ -106,14 +111,18 @@ def run(
     if realtime and not meshcat:
         raise IchainError("--realtime is for --meshcat: without it nobody watches")
     loaded = scenario_named(scenario, settings, physics, seed)
+    taught = Taught(unlabelled, no_graph, graph_file)
     files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
     with rules.without(without):
         if not isinstance(loaded, PathScenario):
             if path or paths:
                 raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
             return run_goal_scenario(
-                loaded, files, [*goal, *more], demos, library, resampled=resample, meshcat=meshcat, realtime=realtime
-            )
+                loaded, files, [*goal, *more], demos, library, resampled=resample, taught=taught, meshcat=meshcat,
+                realtime=realtime,
+            )  # fmt: skip
+        if unlabelled or graph_file is not None:
+            raise IchainError(f"{scenario} follows paths: its links need no flags, and its chain is its own")
         if goal:
             raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
         if smooth and not path:
@@ -130,7 +139,7 @@ def run(
 @click.argument("more", nargs=-1, metavar="")
 @options("physics", "seed")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
-@options("resample", "library", "settings")
+@options("resample", "unlabelled", "no_graph", "graph_file", "library", "settings")
 def plan(
     scenario: str,
     goal: tuple[str, ...],
@@ -139,17 +148,22 @@ def plan(
     seed: int,
     demos: Path | None,
     resample: bool,
+    unlabelled: bool,
+    no_graph: bool,
+    graph_file: Path | None,
     library: Path | None,
     settings: tuple[str, ...],
 ) -> int:
     """Print the plan for a goal over an interaction graph, or why there is none."""
     from ichain_drake.cli.graph import print_plan
+    from ichain_drake.runs.goals.unlabelled import Taught
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)
     if isinstance(loaded, PathScenario):
         raise IchainError(f"{scenario} follows paths; `ichain plan` is for scenarios with a goal")
-    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample)
+    taught = Taught(unlabelled, no_graph, graph_file)
+    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample, taught=taught)
 
 
 @app.command()

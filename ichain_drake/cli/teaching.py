@@ -75,16 +75,31 @@ def teach(
 @options("scenario")
 @click.option("--demos", type=PATH, metavar="DIR", required=True, help="folder of demonstrations")
 @click.option("-o", "--output", type=PATH, metavar="LIBRARY", required=True, help="folder for what is learned")
-@options("resample", "settings")
-def learn(scenario: str, demos: Path, output: Path, resample: bool, settings: tuple[str, ...]) -> None:
+@options("resample", "unlabelled", "no_graph", "graph_file", "settings")
+def learn(
+    scenario: str,
+    demos: Path,
+    output: Path,
+    resample: bool,
+    unlabelled: bool,
+    no_graph: bool,
+    graph_file: Path | None,
+    settings: tuple[str, ...],
+) -> None:
     """Learn a scenario's links, or its whole graph, from demonstrations and save them as a library."""
     from ichain_drake.cli.graph import learn_graph_library
     from ichain_drake.cli.run import learn_library
+    from ichain_drake.runs.goals.unlabelled import Taught
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, "ideal", 0)
-    learned_by = learn_library if isinstance(loaded, PathScenario) else learn_graph_library
-    learned_by(loaded, demos, output, resampled=resample)
+    taught = Taught(unlabelled, no_graph, graph_file)
+    if not isinstance(loaded, PathScenario):
+        learn_graph_library(loaded, demos, output, resampled=resample, taught=taught)
+    elif unlabelled or graph_file is not None:
+        raise InputError(f"{scenario} follows paths: its links need no flags, and its chain is its own")
+    else:
+        learn_library(loaded, demos, output, resampled=resample)
 
 
 @click.command()

@@ -55,6 +55,17 @@ class Labelled:
         ]
         return [text for _, text in sorted(stretches, key=lambda s: (-s[0], s[1]))[:_ASKED]]
 
+    def lines(self) -> list[str]:
+        """What was inferred, a line an interaction, and where a person's labels would help most."""
+        out = [
+            f"{f.edge.name}: inferred, sure by {f.confidence:.3f}; shows in {f.ticks} of {self.rows} rows, "
+            f"{self.open_rows(f.edge)} stay open"
+            + "".join(f"; or it is {r.parent} ({r.probability:.2f})" for r in f.rivals)
+            for f in self.found
+        ]
+        out += [f"{e.name}: nothing shows that it acts; it is left out" for e in self.unseen]
+        return out + [f"a label would help: {text}" for text in self.helpful()]
+
     def report(self) -> dict[str, Any]:
         """Plain numbers and texts, ready for JSON."""
         return {
@@ -144,8 +155,22 @@ def label_pieces(
                 "label some of it (a column of 0 and 1, empty where it is not known)"
             )
     labelled = tuple(_complete(p, r, left, inferred) for p, r in zip(pieces, raw, strict=True))
-    reduced = InteractionGraph(graph.objects, left, {n: o for n, o in graph.origins.items()})
-    return Labelled(labelled, reduced if unseen else graph, tuple(inferred.values()), rows, unseen)
+    reduced = InteractionGraph(graph.objects, left, graph.origins) if unseen else graph
+    return Labelled(labelled, reduced, tuple(inferred.values()), rows, unseen)
+
+
+def flagged(pieces: Sequence[Demonstration], graph: InteractionGraph, found: Sequence[FoundEdge]) -> Labelled:
+    """Flags of a discovered graph's interactions.
+
+    Args:
+        pieces: without flags.
+        graph: with the interactions that were found.
+        found: what was found about them.
+    """
+    inferred = {f.edge: f for f in found}
+    raw = [raw_piece(p, graph) for p in pieces]
+    labelled = tuple(_complete(p, r, graph.interactions, inferred) for p, r in zip(pieces, raw, strict=True))
+    return Labelled(labelled, graph, tuple(found), sum(len(p) for p in pieces))
 
 
 def _complete(

@@ -23,10 +23,12 @@ from ichain_drake.demonstrations import Demonstration, write_demonstrations
 from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, InteractionSpec, read_pieces
+from ichain_drake.learning.discovery.labels import Labelled
 from ichain_drake.learning.library import LibraryParts
 from ichain_drake.runs.goals.knowledge import Knowledge, learn_rest
 from ichain_drake.runs.goals.plan import make_goal
 from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.provenance import given_of, versions
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
@@ -45,6 +47,7 @@ class GraphRun:
         expressions: the goal, as text; by default the scenario's own.
         number: of the run; keys start, noise and faults.
         pieces: demonstrations.
+        labels: flags and edges that were inferred, where they were.
         knowledge: learned from them, or from a library.
         goal: in force; conditions with `start` refer to readings at the start.
         plan: the first plan, or why there is none.
@@ -62,6 +65,7 @@ class GraphRun:
     expressions: Sequence[str] = ()
     number: int = 0
     pieces: list[Demonstration] = field(default_factory=list)
+    labels: Labelled | None = None
     knowledge: Knowledge | None = None
     goal: Goal | None = None
     plan: Plan | NoPlan | None = None
@@ -102,6 +106,7 @@ class GraphRun:
             "versions": versions(),
             "given": given_of(scenario),
             "models": {} if self.model is None else self._models(),
+            **({} if self.labels is None else {"labels": self.labels.report()}),
             "metrics": {
                 "goal": list(self.expressions),
                 "replans": 0 if memory is None else memory.replans,
@@ -200,6 +205,7 @@ def run_graph(
     own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
     settings: ExecutorSettings | None = None,
     resampled: bool = False,
+    taught: Taught | None = None,
     progress: Progress | None = None,
 ) -> None:
     """Do everything up to the report, filling `run`.
@@ -214,6 +220,7 @@ def run_graph(
         own_skills: a designer's functions, by interaction and whether they activate.
         settings: of the execution.
         resampled: whether to take demonstrations of another period to the library's.
+        taught: whether flags and edges are inferred from states.
         progress: called with a line at each step.
 
     Raises:
@@ -225,20 +232,31 @@ def run_graph(
     say = progress or (lambda line: None)
     asked = graph_spec(run.scenario.config)
     check_goal_text(run.expressions, run.scenario.graph)
+    taught = taught or Taught()
+    graph = taught.graph(run.scenario.graph)
 
     def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
         if demos is not None:
-            run.pieces = read_pieces(demos, run.scenario.graph, known, resampled=resampled, say=say)
-            tell_findings(run.pieces, run.scenario.graph, say)
+            run.pieces = read_pieces(demos, graph, known, resampled=resampled, unlabelled=taught.unlabelled, say=say)
+            if not taught.unlabelled:
+                tell_findings(run.pieces, graph, say)
         else:
             record_pieces(run, keep_demos, say, known)
+        if taught.unlabelled:
+            run.labels = taught.labelled(run.pieces, graph, say, recorded=demos is None)
+            run.pieces = list(run.labels.pieces)
         return run.pieces
 
     if isinstance(knowledge, Knowledge):
         run.knowledge = knowledge
     else:
         parts = knowledge or LibraryParts()
-        run.knowledge = learn_rest(show, run.scenario.graph, parts, spec or asked, own_skills, say)
+        if taught.unlabelled:
+            pieces = show(())
+            assert run.labels is not None
+            run.knowledge = learn_rest(lambda known: pieces, run.labels.graph, parts, spec or asked, own_skills, say)
+        else:
+            run.knowledge = learn_rest(show, graph, parts, spec or asked, own_skills, say)
     with threadpool_limits(limits=1):
         say("planning")
         start = look(run.scenario, run.number)
