@@ -171,7 +171,7 @@ def plan(
 @options("physics", "seed")
 @click.option("--trials", type=int, help="number of seeds; 20 for paths, 5 for goals by default")
 @click.option(
-    "--methods", metavar="A,B", default="", help="only these (paths: also method@samples; goals: also method/case)"
+    "--methods", metavar="A,B", default="", help="only these (also method@samples, method/case; or labels,edges)"
 )
 @click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
 @click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
@@ -198,13 +198,18 @@ def evaluate(
     """
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
+    from ichain_drake.cli.evaluate_discovery import evaluate_discovery_of
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
+    from ichain_drake.runs.discovery import METHODS
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)
     names = [m.strip() for m in methods.split(",") if m.strip()]
     with rules.without(without):
-        if isinstance(loaded, PathScenario):
+        if set(names) & set(METHODS):
+            count = 5 if trials is None else trials
+            evaluate_discovery_of(loaded, list(settings), count, names, jobs, report, output, resume=resume)
+        elif isinstance(loaded, PathScenario):
             if shared:
                 raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
             count = 20 if trials is None else trials
