@@ -151,9 +151,7 @@ class DiscoveryEvaluation:
         """
         other = [m for m in self.methods if m not in METHODS]
         if other:
-            raise InputError(
-                f"{other[0]} can't be evaluated beside {' or '.join(METHODS)}; ask for it by itself"
-            )
+            raise InputError(f"{other[0]} can't be evaluated beside {' or '.join(METHODS)}; ask for it by itself")
         if self.trials < 1:
             raise InputError("--trials and --jobs: give numbers from 1")
 

@@ -24,6 +24,7 @@ class Features:
         declared: per variable of the child the columns that the roles declare for it.
         own: per variable the column that is that variable itself, -1 where there is none.
         noise: of one reading behind each column, shape (n_columns,); 0 where it isn't known.
+        passive: whether they are the child's own: of what it does by itself.
     """
 
     values: FloatArray
@@ -31,6 +32,7 @@ class Features:
     declared: dict[int, tuple[int, ...]]
     own: dict[int, int]
     noise: FloatArray
+    passive: bool = False
 
 
 def features(residual: Residual, parent: str, alignment: Alignment | None) -> Features:
@@ -67,7 +69,7 @@ def _own(residual: Residual) -> Features:
             own[i] = len(columns)
             columns.append(value)
             labels.append(name)
-    return Features(np.array(columns).T, tuple(labels), {}, own, np.zeros(len(columns)))
+    return Features(np.array(columns).T, tuple(labels), {}, own, np.zeros(len(columns)), True)
 
 
 def _noise(residual: Residual, parent: str, column: Column) -> float:

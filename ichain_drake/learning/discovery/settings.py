@@ -26,6 +26,7 @@ class DiscoverySettings:
         most_inputs: inputs of a linear effect at most.
         rows: fewest ticks that an effect is fitted to.
         perturbed: residuals of so many noises are no noise.
+        discernible: noises (of the means that it is judged by) that an undeclared effect must have at least.
         certain: evidence beyond which a tick's status is taken from what was seen there [nat].
         shows: evidence below which nothing shows in a tick, so that its status stays open [nat].
         dead_band: noises of a difference within which a measured change is none, if its neighbours say so too.
@@ -49,6 +50,7 @@ class DiscoverySettings:
     most_inputs: int = 3
     rows: int = 6
     perturbed: float = 4.0
+    discernible: float = 1.0
     certain: float = 6.0
     shows: float = 1.0
     dead_band: float = 1.0

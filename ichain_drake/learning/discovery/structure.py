@@ -12,7 +12,7 @@ from ichain_drake.learning.discovery.log import Log
 from ichain_drake.learning.discovery.passive_kind import constant_values
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.discovery.term import Term
-from ichain_drake.learning.discovery.term_fit import fit_term, judged
+from ichain_drake.learning.discovery.term_fit import fit_passive, fit_term, judged
 from ichain_drake.learning.selection import by_part, clearly
 from ichain_drake.state import FloatArray
 
@@ -62,6 +62,10 @@ def explain(log: Log, child: str, parents: Sequence[str], required: Sequence[str
     residual = Residual(log, child, constant_values(log, child, parents))
     terms: list[Term] = []
     rivals: list[tuple[Rival, ...]] = []
+    own = _passive_motion(residual)
+    if own is not None:
+        terms.append(own)
+        rivals.append(())
     while len(terms) < log.settings.most_terms:
         residual.leave(terms)
         best, others = _next(residual, terms, parents, required)
@@ -91,6 +95,16 @@ def certainty(left_out: FloatArray, log: Log) -> float:
 def score(term: Term, log: Log) -> float:
     """Evidence on left-out ticks less its price [nat]."""
     return term.gain - term.price(log.settings)
+
+
+def _passive_motion(residual: Residual) -> Term | None:
+    """What the object does all the time by itself, if anything: an interaction perturbs it, and doesn't replace it."""
+    for window in (1, residual.log.settings.window):
+        residual.leave((), window)
+        term = fit_passive(residual)
+        if term is not None and _pays(term, residual.log, 2):
+            return term
+    return None
 
 
 def _next(
@@ -194,7 +208,8 @@ def _refitted(residual: Residual, terms: Sequence[Term], k: int) -> Term:
     """A term fitted anew to what the others leave, from its own ticks."""
     old = terms[k]
     residual.leave([t for i, t in enumerate(terms) if i != k], old.window)
-    new = fit_term(residual, old.parent, old.others, old.on)
+    passive = old.parent == residual.child and not old.gate.faces
+    new = fit_passive(residual) if passive else fit_term(residual, old.parent, old.others, old.on)
     return old if new is None else replace(new, left_out=old.left_out)
 
 
@@ -203,7 +218,8 @@ def _take_back(residual: Residual, terms: list[Term], rivals: list[tuple[Rival, 
     k = 0
     while len(terms) > 1 and k < len(terms):
         residual.leave([t for i, t in enumerate(terms) if i != k], terms[k].window)
-        terms[k] = judged(residual, terms[k])
+        if terms[k].gate.faces or terms[k].parent != residual.child:
+            terms[k] = judged(residual, terms[k])
         gains = by_part(terms[k].left_out, residual.log.block)
         if (terms[k].gain < residual.log.settings.least or not clearly(gains)) and terms[k].parent not in required:
             terms.pop(k)

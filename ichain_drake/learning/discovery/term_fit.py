@@ -11,7 +11,7 @@ from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.effect_fit import explained, fit_effects
 from ichain_drake.learning.discovery.features import Features, features
-from ichain_drake.learning.discovery.gate import GateSearch
+from ichain_drake.learning.discovery.gate import Gate, GateSearch
 from ichain_drake.learning.discovery.inputs import GateInputs, caused, gate_inputs
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.discovery.starts import starts
@@ -76,6 +76,26 @@ def fit_term(
         if step is not None and step.value > best.value:
             best = step
     return best
+
+
+def fit_passive(residual: Residual) -> Term | None:
+    """What the child does all the time by itself, as a term without a gate and judged, or None."""
+    every = np.ones(len(residual.values), dtype=bool)
+    views = _views(residual, residual.child, (), None)
+    effects = fit_effects(residual, every, views.columns)
+    if not effects:
+        return None
+    gains = np.zeros(len(residual.values))
+    for k in np.unique(residual.log.fold):
+        out = residual.log.fold == k
+        gains += np.where(out, explained(residual, fit_effects(residual, ~out, views.columns), views.columns)[0], 0.0)
+    evidence, predicted = explained(residual, effects, views.columns)
+    none = np.full(len(views.inputs.items), np.inf)
+    value = float(evidence.sum()) - sum(e.price(residual.log.settings) for e in effects)
+    return Term(
+        residual.child, residual.child, effects, Gate(-none, none), views.inputs.items, views.columns.labels, None, (),
+        residual.window, every, predicted, evidence, value, gains,
+    )  # fmt: skip
 
 
 def judged(residual: Residual, term: Term) -> Term:
