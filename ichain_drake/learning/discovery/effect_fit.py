@@ -144,7 +144,7 @@ def _least_squares(
     effect = VariableEffect(i, False, columns, coefficients, float(std))
     change = residual.clipped(effect.predict(features.values), i)
     # What is less than the noise by which it is judged can't tell when it acts: it is what other effects leave.
-    if not features.passive and np.quantile(np.abs(change[ok]), 0.9) < settings.discernible * quiet:
+    if not features.passive and np.abs(change[ok]).max() < settings.discernible * quiet:
         return None
     value = float(residual.evidence(change, i, effect.std)[ok].sum())
     price = 0.5 * len(coefficients) * np.log(len(ok)) + (np.log(candidates + 1.0) + settings.constant) * len(columns)

@@ -29,6 +29,7 @@ class DiscoverySettings:
         discernible: noises (of the means that it is judged by) that an undeclared effect must have at least.
         certain: evidence beyond which a tick's status is taken from what was seen there [nat].
         shows: evidence below which nothing shows in a tick, so that its status stays open [nat].
+        against: share of ticks that may speak against what an object does all the time by itself.
         dead_band: noises of a difference within which a measured change is none, if its neighbours say so too.
         empty: noises of an amount below which what is dissolved in it means nothing.
         moving: noises of a displacement that shows how frames are turned.
@@ -53,6 +54,7 @@ class DiscoverySettings:
     discernible: float = 1.0
     certain: float = 6.0
     shows: float = 1.0
+    against: float = 0.05
     dead_band: float = 1.0
     empty: float = 15.0
     moving: float = 4.0

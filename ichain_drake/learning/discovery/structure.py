@@ -102,9 +102,15 @@ def _passive_motion(residual: Residual) -> Term | None:
     for window in (1, residual.log.settings.window):
         residual.leave((), window)
         term = fit_passive(residual)
-        if term is not None and _pays(term, residual.log, 2):
+        if term is not None and _pays(term, residual.log, 2) and _goes_on(term, residual.log):
             return term
     return None
+
+
+def _goes_on(term: Term, log: Log) -> bool:
+    """Whether hardly a tick speaks against what an object is said to do all the time."""
+    settings = log.settings
+    return bool(np.mean(term.evidence < -settings.shows) <= settings.against)
 
 
 def _next(
