@@ -125,13 +125,10 @@ def test_spaces_are_guessed_from_columns(pieces: list[Demonstration]) -> None:
 
 
 def test_names_do_not_matter(pieces: list[Demonstration], found: DiscoveredGraph) -> None:
-    names = {"hand": "q", "lever": "b", "tank": "z"}
-    spaces = {names[n]: bath_log.GRAPH.objects[n] for n in ("tank", "hand", "lever")}
-    logs = [RawPiece(p.name, {names[n]: s for n, s in p.states.items() if n in names}) for p in reversed(raw(pieces))]
-    renamed = discover_graph(logs, spaces, "q")
-    assert {f.edge.name for f in renamed.found} == {"q->b", "b->z"}
-    gain = {
-        f.edge.name: f.gain
-        for f in discover_graph(raw(pieces, bath_log.GRAPH.objects), bath_log.GRAPH.objects, "hand").found
-    }
-    assert np.isclose(gain["hand->lever"], next(f.gain for f in renamed.found if f.edge.name == "q->b"))
+    names = {"hand": "q", "lever": "b", "tank": "z", "fly": "a", "rock": "k"}
+    spaces = {names[n]: SPACES[n] for n in ("rock", "tank", "fly", "hand", "lever")}
+    logs = [RawPiece(p.name, {names[n]: s for n, s in p.states.items()}) for p in reversed(raw(pieces))]
+    gain = {f"{names[f.edge.parent]}->{names[f.edge.child]}": f.gain for f in found.found}
+    renamed = {f.edge.name: f.gain for f in discover_graph(logs, spaces, "q").found}
+    assert renamed.keys() == gain.keys() == {"q->b", "b->z"}
+    assert np.allclose([renamed[e] for e in gain], list(gain.values()))
