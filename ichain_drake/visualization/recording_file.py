@@ -21,7 +21,7 @@ from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.visualization.recording import Episode, Readout, Recording, Strip
 
 FORMAT = "ichain-recording-2"
-_MOST_BYTES = 2**30  # an hour of a large graph takes a tenth of it
+_MOST_BYTES = 2**28  # an hour of a large graph takes a tenth of it
 _DAMAGE = (
     AttributeError, EOFError, LookupError, MemoryError, NotImplementedError, OSError, OverflowError, RuntimeError,
     SyntaxError, TypeError, ValueError, zipfile.BadZipFile, zlib.error,
