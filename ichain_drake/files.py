@@ -98,7 +98,7 @@ def read_whole(file: Path, what: str, most: int = MOST_BYTES) -> bytes:
                     f"{file}: can't read {what}: {state.st_size / 1e6:.0f} MB, and {most / 1e6:.0f} are read at most; "
                     "split it into pieces"
                 )
-            return stream.read(most)
+            return stream.read(state.st_size)  # a larger number would be asked for as memory at once
     except InputError:
         raise
     except (OSError, ValueError) as error:  # a name with a zero byte is a ValueError
@@ -167,7 +167,7 @@ def write_whole(file: Path, content: bytes, *, new: bool = False) -> None:
         raise InputError(f"{file}: is there already and is not overwritten; give another name or folder") from None
     except (OSError, ValueError) as error:
         raise InputError(
-            f"{file}: can't write {len(content) / 1e6:.1f} MB there ({reason_of(error)}); give a writable folder with "
+            f"{file}: can't write {len(content) / 1e3:.0f} kB there ({reason_of(error)}); give a writable folder with "
             "room"
         ) from error
 

@@ -129,10 +129,11 @@ def print_plan(
         def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
             if demos is not None:
                 pieces = read_pieces(demos, scenario.graph, known, resampled=resampled, say=say.note)
-                tell_findings(pieces, scenario.graph, say.note)
-                return pieces
-            say("recording demonstrations")
-            return list(scenario.record_demonstrations(say, [e.name for e in known]))
+            else:
+                say("recording demonstrations")
+                pieces = list(scenario.record_demonstrations(say, [e.name for e in known]))
+            tell_findings(pieces, scenario.graph, say.note)
+            return pieces
 
         if isinstance(knowledge, LibraryParts):
             knowledge = learn_rest(show, scenario.graph, knowledge, spec, say=say)

@@ -339,6 +339,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         print("ichain: interrupted", file=sys.stderr)
         return 130
+    except MemoryError:
+        print("ichain: there is not enough memory; free some, or ask for less at once (smaller files, --jobs 1)",
+              file=sys.stderr)  # fmt: skip
+        return 2
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         print(f"ichain: {where}{error.strerror or _one_line(error)}", file=sys.stderr)

@@ -229,9 +229,9 @@ def run_graph(
     def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
         if demos is not None:
             run.pieces = read_pieces(demos, run.scenario.graph, known, resampled=resampled, say=say)
-            tell_findings(run.pieces, run.scenario.graph, say)
         else:
             record_pieces(run, keep_demos, say, known)
+        tell_findings(run.pieces, run.scenario.graph, say)
         return run.pieces
 
     if isinstance(knowledge, Knowledge):

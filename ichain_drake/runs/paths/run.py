@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.control.tracking.chain import make_controller
 from ichain_drake.control.tracking.turns import check_turns, smooth_path
 from ichain_drake.demonstrations import Demonstration, write_demonstrations
+from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedLink, learn_chain
@@ -82,6 +83,7 @@ def run_paths(
                 run.pieces = read_for(run.scenario, demos, resampled=resampled, say=say)
             else:
                 record_pieces(run, keep_demos, say, set(known or ()))
+                tell_findings(run.pieces, run.scenario.graph, say)
             learn_to_follow(run, known, known_command, say)
             _follow_all(run, oracle, say)
         except UnreachableError as error:
