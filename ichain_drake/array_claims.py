@@ -27,8 +27,7 @@ def check_claims(file: IO[bytes], where: str) -> None:
 
     Raises:
         InputError: names the array and what it claims.
-        zipfile.BadZipFile, ValueError, OSError, EOFError, zlib.error, NotImplementedError, RuntimeError: if it is no
-            `.npz` file of arrays, as numpy would raise them.
+        Exception: of whatever kind numpy and zipfile make, if it is no `.npz` file of arrays.
     """
     with zipfile.ZipFile(file) as archive:
         for member in archive.infolist():

@@ -108,7 +108,6 @@ def recording_bytes() -> bytes:
         return file.read_bytes()
 
 
-
 # What CSV readers stumble over, in pieces that join to tables that are almost right.
 CELLS = (
     "", "0", "1", "0.3333", "-1e3", "1e300", "1e-400", "9" * 400, "nan", "inf", "0,5", "1_0", "\u0663", "=1+1",
@@ -331,7 +330,9 @@ def units(rng: random.Random, place: Path) -> None:
 
 
 def resampling(rng: random.Random, place: Path) -> None:
-    times = [rng.choice([0.0, 1 / 3, 0.01, 0.02, math.nan, rng.uniform(-1e12, 1e12)]) for _ in range(rng.randint(0, 12))]
+    times = [
+        rng.choice([0.0, 1 / 3, 0.01, 0.02, math.nan, rng.uniform(-1e12, 1e12)]) for _ in range(rng.randint(0, 12))
+    ]
     at = rng.choice([1e-9, 1e-3, 0.1, 1.0, 1e9]) * np.array(times, dtype=float)
     frame = pd.DataFrame({"time": at, "arm.x": at, "arm->kart": 0.0})
     tried(lambda: resample(Demonstration(frame), GRAPH.objects))

@@ -27,8 +27,8 @@ class QualitySettings:
         idle_window: what rests for so long is idle [s]: longer than a hand that waits for its next command.
         idle_share: largest share of a piece that may be idle [1]: beyond it most rows show rest.
         rest: readings that differ by less are the same [standard deviations of the noise].
-        flickers: least number of single rows in which a flag flips and nothing moves that count as flicker: one is what a
-            hand at a border makes.
+        flickers: least number of single rows in which a flag flips and nothing moves that count: one is what
+            a hand at a border makes.
         disagree: least number of rows with opposite flags in equal states that contradict [rows].
         grid: readings within this part of the variable's range of each other are the same [1].
         most_rows: rows of all pieces that are compared with each other; of more every n-th is taken.
