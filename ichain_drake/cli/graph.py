@@ -19,16 +19,15 @@ from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.errors import InputError
 from ichain_drake.files import held
 from ichain_drake.graph import Interaction
-from ichain_drake.learning import read_pieces
-from ichain_drake.learning.library import LibraryParts
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph, learn_rest
-from ichain_drake.runs.goals.library import load_what_fits, save_knowledge
+from ichain_drake.learning import InteractionModel, KnownParts, read_pieces
 from ichain_drake.runs.goals.output import write_graph_pictures, write_graph_recording
 from ichain_drake.runs.goals.plan import make_plan
 from ichain_drake.runs.goals.run import GraphRun, own_goal, run_graph
 from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.learn import learn, learn_rest
+from ichain_drake.runs.library import load, save
 from ichain_drake.runs.paths.output import prepare_folder, write_report
-from ichain_drake.simulation.goal_episode import look
+from ichain_drake.simulation.wiring import look
 
 
 def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
@@ -44,12 +43,12 @@ def _goal(scenario: Any, expressions: list[str]) -> tuple[str, ...]:
     return goal
 
 
-def _known(scenario: Any, library: Path | None) -> Knowledge | LibraryParts:
+def _known(scenario: Any, library: Path | None) -> InteractionModel | KnownParts:
     """What the library knows of the scenario's graph: all of it, or each interaction that fits."""
     if library is None:
-        return LibraryParts()
+        return KnownParts()
     check_filled(library)
-    return load_what_fits(library, scenario.name, scenario.graph)
+    return load(library, scenario)
 
 
 def run_goal_scenario(
@@ -85,7 +84,7 @@ def run_goal_scenario(
     ):
         try:
             keep = files.demonstrations
-            run_graph(run, demos=demos, keep_demos=keep, knowledge=known, resampled=resampled, progress=tell)
+            run_graph(run, demos=demos, keep_demos=keep, known=known, resampled=resampled, progress=tell)
         except KeyboardInterrupt:
             interrupted = True
         tell("writing report, playback and pictures")
@@ -122,7 +121,7 @@ def print_plan(
     """
     goal = _goal(scenario, expressions)
     spec = graph_spec(scenario.config)
-    knowledge = _known(scenario, library)
+    before = _known(scenario, library)
     check_there(demos)
     with Reporter() as say:
 
@@ -134,11 +133,10 @@ def print_plan(
             say("recording demonstrations")
             return list(scenario.record_demonstrations(say, [e.name for e in known]))
 
-        if isinstance(knowledge, LibraryParts):
-            knowledge = learn_rest(show, scenario.graph, knowledge, spec, say=say)
-        start = look(scenario)
+        model = learn_rest(show, scenario.graph, before, spec, say)
+        start = look(scenario.make_world(0))
         say("planning")
-        _, plan = make_plan(knowledge, goal, start)
+        _, plan = make_plan(model, goal, start)
     if isinstance(plan, Plan):
         print(format_plan(plan, scenario.graph, start))
         return 0
@@ -158,10 +156,10 @@ def learn_graph_library(scenario: Any, demos: Path, library: Path, *, resampled:
         tell_findings(pieces, scenario.graph, say.note)
         prepare_folder(library)
         say(f"learning from {len(pieces)} pieces")
-        knowledge = learn_graph(pieces, scenario.graph, spec)
-    save_knowledge(knowledge, pieces, library, scenario.name)
+        model = learn(scenario, pieces, spec=spec)
+    save(model, library, scenario.name)
     names = scenario.graph.objects
-    for edge, learned in knowledge.model.edges.items():
+    for edge, learned in model.edges.items():
         changed = ", ".join(names[edge.child].observable.names[e.variable] for e in learned.effects) or "nothing seen"
         status = learned.status
         line = f"{edge.name}: {status.samples} samples, F1 {status.score:.4f}, {status.estimator}; changes {changed}"

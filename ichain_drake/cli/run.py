@@ -13,7 +13,6 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
@@ -21,6 +20,8 @@ from ichain_drake.cli.options import command_said
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.files import held, real_path, unused_folder
 from ichain_drake.graph import write_drawing
+from ichain_drake.runs.learn import learn
+from ichain_drake.runs.library import load, save
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.demonstrations import read_for
 from ichain_drake.runs.paths.output import (
@@ -31,8 +32,8 @@ from ichain_drake.runs.paths.output import (
     write_report,
 )
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.runs.paths.run import check_settings, recorded_seconds, run_paths
-from ichain_drake.runs.provenance import data_hash, versions
+from ichain_drake.runs.paths.run import check_settings, run_paths
+from ichain_drake.runs.provenance import versions
 from ichain_drake.scenarios import PathScenario, Scenario, build_world
 
 
@@ -146,13 +147,10 @@ def run_path_scenario(
     check_settings(scenario)
     check_there(demos)
     started = PathRun(scenario, chosen, smooth=smooth)
-    known, command = None, None
+    known = None
     if library is not None:
-        from ichain_drake.learning.library import load_command, load_links
-
         check_filled(library)
-        command = load_command(library, scenario.graph, scenario.graph.chain(scenario.target))
-        known = load_links(library, scenario.graph, scenario.graph.chain(scenario.target), scenario.target_variables)
+        known = load(library, scenario)
     files.prepare()
     interrupted, unreachable = False, None
     with (
@@ -166,7 +164,6 @@ def run_path_scenario(
                 demos=demos,
                 keep_demos=files.demonstrations,
                 known=known,
-                known_command=command,
                 oracle=oracle,
                 resampled=resampled,
                 progress=tell,
@@ -223,21 +220,14 @@ def learn_library(scenario: PathScenario, demos: Path, library: Path, *, resampl
     Raises:
         InputError: on bad demonstrations, or a library that can't be written.
     """
-    from ichain_drake.learning.chain.chain import learn_chain
-    from ichain_drake.learning.library import save_chain
-
     check_settings(scenario)
     with Reporter() as say:
         pieces = read_for(scenario, demos, resampled=resampled, say=say.note)
         prepare_folder(library)
-        seconds = recorded_seconds(pieces, scenario.graph)
-        candidates = scenario.config.learning.candidates()
-        with threadpool_limits(limits=1):  # as in a run, so that the same demonstrations give the same models
-            chain = learn_chain(
-                pieces, scenario.graph, scenario.target, scenario.target_variables, candidates, seconds, say
-            )
-    save_chain(chain, library, scenario.name, data_hash(pieces))
-    for link in chain.links:
+        model = learn(scenario, pieces, progress=say)
+    save(model, library, scenario.name)
+    assert model.chain is not None
+    for link in model.chain.links:
         forward = link.forward
         print(f"{link.interaction.name}: {forward.samples} samples, score {forward.score:.4f}, {forward.spec}")
 

@@ -10,11 +10,15 @@ import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import ActiveCycleError, InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.batch import flatten, forced_status
+from ichain_drake.learning.chain.chain import DEMONSTRATIONS, LearnedChain
+from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.report import report
+from ichain_drake.learning.status.events import Windows
 from ichain_drake.learning.tick import LearnedInteraction, advance, effects_of
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
@@ -43,6 +47,13 @@ class InteractionModel:
         pieces: names of the pieces that it was learned from.
         findings: what is odd about them, in one line each.
         wall_seconds: time that learning took [s].
+        activations, deactivations: demonstrated events of each interaction of the robot.
+        robot_seconds: simulated time that recording the demonstrations took of the robot [s].
+        demonstrations_sha256: hash of them, 64 hexadecimal digits.
+        source: `demonstrations`, or the folder of the library that all of it was loaded from.
+        known: what was known before, and so not learned.
+        chain: links and commands for following paths, where that is what was learned: then `edges` and all that goes
+            with them are empty, and all interactions of the chain are always active.
     """
 
     graph: InteractionGraph
@@ -56,6 +67,37 @@ class InteractionModel:
     pieces: tuple[str, ...]
     findings: tuple[str, ...] = field(default=(), compare=False)
     wall_seconds: float = field(default=0.0, compare=False)
+    activations: Windows = field(default_factory=dict, compare=False)
+    deactivations: Windows = field(default_factory=dict, compare=False)
+    robot_seconds: float = 0.0
+    demonstrations_sha256: str = ""
+    source: str = DEMONSTRATIONS
+    known: KnownParts = field(default_factory=KnownParts, compare=False)
+    chain: LearnedChain | None = None
+
+    @classmethod
+    def of_chain(cls, chain: LearnedChain, pieces: Sequence[Demonstration], known: KnownParts) -> InteractionModel:
+        """What was learned about a chain that follows paths.
+
+        Args:
+            chain: its links.
+            pieces: the demonstrations.
+            known: what was known before.
+        """
+        edges = tuple(link.interaction for link in chain.links)
+        names = tuple(p.name for p in pieces)
+        return cls(
+            chain.graph, {}, {}, {}, {}, {}, edges, {}, names,
+            demonstrations_sha256=data_hash(pieces), known=known, chain=chain,
+        )  # fmt: skip
+
+    def source_of(self, edge: Interaction) -> str:
+        """Where an interaction's models come from: `demonstrations`, or a folder."""
+        return self.known.sources.get(edge, self.source)
+
+    def robot_seconds_of(self, edge: Interaction) -> float:
+        """Simulated time of the robot that recording an interaction's demonstrations took, with others' [s]."""
+        return self.known.robot_seconds.get(edge, self.robot_seconds)
 
     def decide(self, edge: Interaction, states: States) -> FloatArray:
         """Decision value of an interaction's status, shape (...): >= 0 means active.

@@ -39,7 +39,7 @@ def step_towards(space: StateSpace, now: FloatArray, goal: FloatArray, limit: Fl
 
 def jumping(space: StateSpace) -> np.ndarray:
     """Which variables can't change gradually, shape (n_variables,)."""
-    return np.array([v.kind in ("binary", "integer") for v in space.variables], dtype=bool)
+    return space.jump_mask
 
 
 def corners(model: GraphModel, states: States, goal: FloatArray, vias: Sequence[FloatArray]) -> list[FloatArray]:

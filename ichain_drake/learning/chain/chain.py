@@ -30,6 +30,9 @@ from ichain_drake.learning.features import FeatureKind, planar_poses
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.state import FloatArray
 
+DEMONSTRATIONS = "demonstrations"
+"""Source of what was learned in this run, from demonstrations."""
+
 _COMMAND_DEGREES = (1, 2, 3)
 _SAME_SURPRISE = 0.005
 
@@ -96,7 +99,7 @@ class LearnedLink:
     parent_upper: FloatArray
     parent_scale: FloatArray
     robot_seconds: float = 0.0
-    source: str = "demonstrations"
+    source: str = DEMONSTRATIONS
 
     @property
     def is_static(self) -> bool:

@@ -11,21 +11,21 @@ from ichain_drake.control.execution.tasks import Mode
 
 
 @pytest.fixture(scope="module")
-def knowledge() -> ic.Knowledge:
+def model() -> ic.InteractionModel:
     scenario = LampScenario()
-    return ic.learn_graph(list(scenario.record_demonstrations()), scenario.graph)
+    return ic.learn(scenario, scenario.record_demonstrations())
 
 
-def run(knowledge: ic.Knowledge, *goal: str, number: int = 0) -> dict:
+def run(model: ic.InteractionModel, *goal: str, number: int = 0) -> dict:
     ran = ic.GraphRun(LampScenario(), goal, number=number)
-    ic.run_graph(ran, knowledge=knowledge)
+    ic.run_graph(ran, known=model)
     report = ran.report()
     json.dumps(report, allow_nan=False)
     return report
 
 
-def test_what_acts_when_is_learned(knowledge: ic.Knowledge) -> None:
-    edges = knowledge.model.report()["interactions"]
+def test_what_acts_when_is_learned(model: ic.InteractionModel) -> None:
+    edges = model.report()["interactions"]
     for name, edge in edges.items():
         assert edge["status"]["f1"] >= 0.85, name  # whole pieces are left out, and only few show a switch
     # Both act while the switch is on; how bright the lamp is then says nothing about it.
@@ -37,14 +37,14 @@ def test_what_acts_when_is_learned(knowledge: ic.Knowledge) -> None:
 @pytest.mark.parametrize(
     "goal", [("0.55 <= lamp.light <= 0.65",), ("lamp.light >= 0.7", "not hand->dimmer", "not hand->switch")]
 )
-def test_a_wanted_brightness_needs_both(knowledge: ic.Knowledge, goal: tuple[str, ...], number: int) -> None:
-    report = run(knowledge, *goal, number=number)
+def test_a_wanted_brightness_needs_both(model: ic.InteractionModel, goal: tuple[str, ...], number: int) -> None:
+    report = run(model, *goal, number=number)
     assert report["goal_reached"], report["reason"]
     assert sorted(step["chain"][-1] for step in report["metrics"]["plan"]) == ["hand->dimmer", "hand->switch"]
 
 
-def test_brighter_than_bright_is_refused(knowledge: ic.Knowledge) -> None:
-    report = run(knowledge, "lamp.light >= 1.5")
+def test_brighter_than_bright_is_refused(model: ic.InteractionModel) -> None:
+    report = run(model, "lamp.light >= 1.5")
     assert not report["goal_reached"]
     assert "lamp.light goes from 0 to 1 and is bounded there" in report["reason"]
 
@@ -79,10 +79,10 @@ class WithSticky(LampScenario):
     ],
 )
 def test_a_goal_is_judged_in_truth_whatever_sensors_and_models_say(
-    knowledge: ic.Knowledge, scenario: type[LampScenario], goal: list[str], reason: str
+    model: ic.InteractionModel, scenario: type[LampScenario], goal: list[str], reason: str
 ) -> None:
     ran = ic.GraphRun(scenario(), goal)
-    ic.run_graph(ran, knowledge=knowledge)
+    ic.run_graph(ran, known=model)
     assert ran.memory is not None
     assert ran.memory.mode == Mode.REACHED, "the controller believes it"
     report = ran.report()
