@@ -121,6 +121,8 @@ class InteractionModel:
             previous: the status one tick before, for hysteresis.
         """
         rows, shape = flatten(states, tuple(self.graph.objects), self.graph)
+        if self.chain is not None:
+            return {e: np.ones(shape, dtype=bool) for e in self.order}
         n = len(next(iter(rows.values())))
         before = forced_status(previous, self.graph, shape, n)
         return {e: self.edges[e].status.active(rows, before.get(e)).reshape(shape) for e in self.graph.interactions}
@@ -174,24 +176,44 @@ class InteractionModel:
         rows, shape = flatten(joined, (*every, ""), self.graph, {"": self.graph.root})
         after = {self.graph.root: rows.pop("")}
         n = len(after[self.graph.root])
+        on: dict[Interaction, BoolArray] = {}
+        if self.chain is not None:
+            self.chain.advance(rows, after)
+            on = {e: np.ones(n, dtype=bool) for e in self.order}
+            return _shaped(after, on, shape)
         forced = forced_status(active, self.graph, shape, n)
         before = forced_status(previous, self.graph, shape, n)
-        on: dict[Interaction, BoolArray] = {}
         for members in self.graph.components:
-            if members == (self.graph.root,):
-                continue
-            # In a cycle the first sweep sees some parents at t; each further sweep brings news one object on.
-            for _ in range(len(members)):
-                for child in self._sweep(members):
-                    after[child] = advance(
-                        self.edges, self._incoming[child], self.passive[child], rows, after, forced, before, on
-                    )
+            if members != (self.graph.root,):
+                self.advance_component(members, rows, after, forced, before, on)
         if strict:
-            self._refuse_cycles(on, time)
-        return (
-            {name: after[name].reshape(*shape, -1) for name in every},
-            {e: on[e].reshape(shape) for e in self.graph.interactions},
-        )
+            self.refuse_cycles(on, time)
+        return _shaped({n: after[n] for n in every}, {e: on[e] for e in self.graph.interactions}, shape)
+
+    def advance_component(
+        self,
+        members: tuple[str, ...],
+        rows: Mapping[str, FloatArray],
+        after: dict[str, FloatArray],
+        forced: Mapping[Interaction, BoolArray],
+        before: Mapping[Interaction, BoolArray],
+        on: dict[Interaction, BoolArray],
+    ) -> None:
+        """One tick of the objects of one strongly connected component: of one object, where it is in no cycle.
+
+        Args:
+            members: their names, in the graph's order.
+            rows: states of them and their parents at t, shape (n, n_variables).
+            after: states at t + 1 of parents outside; is given those of the members.
+            forced, before: status to take as given, and status at t, shape (n,) each.
+            on: is given the status at t + 1 of their incoming interactions.
+        """
+        # In a cycle the first sweep sees some parents at t; each further sweep brings news one object on.
+        for _ in range(len(members)):
+            for child in self._sweep(members):
+                after[child] = advance(
+                    self.edges, self._incoming[child], self.passive[child], rows, after, forced, before, on
+                )
 
     def rollout(
         self, states: States, root_path: ArrayLike, active: Status | None = None, previous: Status | None = None
@@ -271,8 +293,19 @@ class InteractionModel:
         rings = nx.simple_cycles(self.graph.digraph)
         return [[Interaction(a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)] for ring in rings]
 
-    def _refuse_cycles(self, on: Mapping[Interaction, BoolArray], time: float | None) -> None:
+    def refuse_cycles(self, on: Mapping[Interaction, BoolArray], time: float | None) -> None:
+        """Refuse a cycle of interactions that are active at the same time.
+
+        Args:
+            on: status of all interactions, or of those of one strongly connected component, shape (n,).
+            time: named in the error [s].
+
+        Raises:
+            ActiveCycleError: names the interactions.
+        """
         for ring in self._cycles:
+            if ring[0] not in on:
+                continue
             rows = np.flatnonzero(np.all([on[e] for e in ring], axis=0))
             if len(rows):
                 when = "" if time is None else f" at t = {time:.3f} s"
@@ -290,3 +323,10 @@ class InteractionModel:
             known = ", ".join(e.name for e in self.edges)
             raise InputError(f"there is no learned interaction {getattr(edge, 'name', edge)!s}; learned are {known}")
         return self.edges[edge]
+
+
+def _shaped(
+    states: Mapping[str, FloatArray], on: Mapping[Interaction, BoolArray], shape: tuple[int, ...]
+) -> tuple[dict[str, FloatArray], dict[Interaction, BoolArray]]:
+    """Rows in the shape of a batch."""
+    return {n: s.reshape(*shape, -1) for n, s in states.items()}, {e: flag.reshape(shape) for e, flag in on.items()}

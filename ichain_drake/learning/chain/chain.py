@@ -143,6 +143,17 @@ class LearnedChain:
         """Objects along the chain, robot first."""
         return (self.links[0].interaction.parent, *(link.interaction.child for link in self.links))
 
+    def advance(self, now: Mapping[str, FloatArray], after: dict[str, FloatArray]) -> None:
+        """One tick of all objects behind the robot.
+
+        Args:
+            now: states at t, shape (n, n_variables).
+            after: has the robot's at t + 1; is given the others'.
+        """
+        for link in self.links:
+            parent, child = link.interaction.parent, link.interaction.child
+            after[child] = link.forward.model.predict(now[child], now[parent], after[parent])
+
 
 def _usable_features(data: Transitions, kinds: Sequence[FeatureKind]) -> list[FeatureKind]:
     return [k for k in kinds if k != "body" or planar_poses(data.child_space)]
