@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
-from ichain_drake.learning.status.events import SwitchingWindow, Windows
+from ichain_drake.learning.status.events import AFTER, SwitchingWindow, Windows
 from ichain_drake.state import FloatArray
 
 SkillFunction = Callable[[States, int], FloatArray]
@@ -65,7 +64,7 @@ class Skills:
 
     def path(
         self,
-        model: GraphModel,
+        model: InteractionModel,
         edge: Interaction,
         activate: bool,
         states: States,
@@ -106,7 +105,7 @@ def _spread(attempt: int, count: int) -> int:
 
 
 def _moved(
-    model: GraphModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool, *, here: bool
+    model: InteractionModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool, *, here: bool
 ) -> FloatArray:
     """A window's path for the present states: where the object takes part in the alignment, relative to it.
 
@@ -131,7 +130,7 @@ def _moved(
 
 
 def _ranking(
-    model: GraphModel,
+    model: InteractionModel,
     edge: Interaction,
     windows: Sequence[SwitchingWindow],
     paths: Sequence[FloatArray],
@@ -147,7 +146,7 @@ def _ranking(
     if not activate:
         # Opened and closed again at once the hand has not left: what was shown whole comes first.
         left = np.array([len(w.root) - w.event for w in windows])
-        return [int(k) for k in np.lexsort((model.decide(edge, batch), left < min(_AFTER + 1, left.max())))]
+        return [int(k) for k in np.lexsort((model.decide(edge, batch), left < min(AFTER + 1, left.max())))]
     # The object goes along once it is taken, so the row of the event itself is judged.
     batch[root] = np.array([p[min(w.event, len(p) - 1)] for p, w in zip(paths, windows, strict=True)])
     sure = model.decide(edge, batch)

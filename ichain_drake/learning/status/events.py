@@ -16,7 +16,8 @@ from ichain_drake.state import FloatArray
 MOST_EXAMPLES = 200
 """Rows at most that are kept of either status."""
 
-_BEFORE, _AFTER = 4, 3  # ticks around an event: the direction of the approach, and of the retreat
+BEFORE, AFTER = 4, 3
+"""Ticks kept around an event: the direction of the approach, and of the retreat."""
 
 
 @dataclass(frozen=True)
@@ -101,11 +102,11 @@ def collect_windows(pieces: Sequence[Demonstration], graph: InteractionGraph) ->
             child = piece.states(edge.child, graph.objects[edge.child])
             events = np.flatnonzero(flags[1:] != flags[:-1]) + 1
             for k, row in enumerate(events):
-                first = max(row - _BEFORE, events[k - 1] if k else 0)
+                first = max(row - BEFORE, events[k - 1] if k else 0)
                 # Nor do attempts that failed before belong to it: what jumps, jumps once.
                 other = np.flatnonzero((root[first:row, jumps] != root[row - 1, jumps]).any(axis=1))
                 first += int(other[-1]) + 1 if len(other) else 0
-                last = min(row + _AFTER + 1, events[k + 1] if k + 1 < len(events) else len(flags))
+                last = min(row + AFTER + 1, events[k + 1] if k + 1 < len(events) else len(flags))
                 window = SwitchingWindow(root[first:last], child[row - 1], int(row - first))
                 found[0 if flags[row] else 1][edge].append(window)
     on, off = ({e: tuple(w) for e, w in part.items()} for part in found)
