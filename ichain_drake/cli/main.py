@@ -97,8 +97,10 @@ def run(
     SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
     """
     from ichain_drake import rules
-    from ichain_drake.cli.graph import run_goal_scenario
-    from ichain_drake.cli.run import RunFiles, run_path_scenario
+    from ichain_drake.cli.plan import goal_of
+    from ichain_drake.cli.run import RunFiles, run_scenario
+    from ichain_drake.runs.paths.choice import choose_paths
+    from ichain_drake.runs.run import start_run
     from ichain_drake.scenarios import PathScenario
 
     if more and not (paths or goal):
@@ -111,17 +113,18 @@ def run(
         if not isinstance(loaded, PathScenario):
             if path or paths:
                 raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
-            return run_goal_scenario(
-                loaded, files, [*goal, *more], demos, library, resampled=resample, meshcat=meshcat, realtime=realtime
-            )
-        if goal:
-            raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
-        if smooth and not path:
-            raise IchainError("--smooth is for --path: reference paths are smooth")
-        return run_path_scenario(
-            loaded, files, path, [*paths, *more], demos, library, oracle=oracle, resampled=resample, smooth=smooth,
-            meshcat=meshcat, realtime=realtime,
-        )  # fmt: skip
+            started = start_run(loaded, goal_of(loaded, [*goal, *more]))
+        else:
+            if goal:
+                raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
+            if smooth and not path:
+                raise IchainError("--smooth is for --path: reference paths are smooth")
+            if path and (paths or more):
+                raise IchainError("--path and --paths: give one of the two")
+            started = start_run(loaded, choose_paths(loaded, [*paths, *more], path), smooth=smooth)
+        return run_scenario(
+            started, files, path, demos, library, oracle=oracle, resampled=resample, meshcat=meshcat, realtime=realtime
+        )
 
 
 @app.command()
@@ -143,7 +146,7 @@ def plan(
     settings: tuple[str, ...],
 ) -> int:
     """Print the plan for a goal over an interaction graph, or why there is none."""
-    from ichain_drake.cli.graph import print_plan
+    from ichain_drake.cli.plan import print_plan
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)

@@ -15,6 +15,58 @@ from ichain_drake.runs.paths.run import run_paths
 from ichain_drake.scenarios.base import PathScenario, Progress
 
 
+def start_run(
+    scenario: Any,
+    task: str | Sequence[str] | Mapping[str, TimedPath] = (),
+    *,
+    number: int = 0,
+    smooth: bool = False,
+) -> PathRun | GraphRun:
+    """A run that has still to be carried out; arguments as for `run`.
+
+    Args:
+        scenario, task, number: see `run`.
+        smooth: paths: whether corners are rounded as far as the demonstrations ask for.
+
+    Raises:
+        InputError: on a path that there isn't.
+    """
+    if isinstance(scenario, PathScenario):
+        paths = dict(task) if isinstance(task, Mapping) else choose_paths(scenario, task)
+        return PathRun(scenario, paths, smooth=smooth)
+    return GraphRun(scenario, (task,) if isinstance(task, str) else tuple(task), number=number)
+
+
+def carry_out(
+    run: PathRun | GraphRun,
+    *,
+    known: Known | None = None,
+    demos: str | Path | None = None,
+    keep_demos: str | Path | None = None,
+    oracle: bool = False,
+    resampled: bool = False,
+    progress: Progress | None = None,
+) -> None:
+    """Do everything up to the report, filling `run`, so that an interrupted one keeps what it has.
+
+    Args:
+        run: as `start_run` makes it.
+        known, demos, oracle, progress: see `run`.
+        keep_demos: folder that recorded demonstrations are written to.
+        resampled: whether to take demonstrations of another period to the library's.
+
+    Raises:
+        InputError, UnreachableError: as `run`.
+        EpisodeInterrupted, RecordingInterrupted: on Ctrl-C.
+    """
+    if isinstance(run, PathRun):
+        run_paths(
+            run, known=known, demos=demos, keep_demos=keep_demos, oracle=oracle, resampled=resampled, progress=progress
+        )
+    else:
+        run_graph(run, known=known, demos=demos, keep_demos=keep_demos, resampled=resampled, progress=progress)
+
+
 def run(
     scenario: Any,
     task: str | Sequence[str] | Mapping[str, TimedPath] = (),
@@ -44,11 +96,6 @@ def run(
         InputError: on a task, demonstrations or settings that can't be used.
         UnreachableError: if the arm can't get where it has to.
     """
-    if isinstance(scenario, PathScenario):
-        paths = dict(task) if isinstance(task, Mapping) else choose_paths(scenario, task)
-        following = PathRun(scenario, paths)
-        run_paths(following, known=known, demos=demos, oracle=oracle, progress=progress)
-        return following
-    towards = GraphRun(scenario, (task,) if isinstance(task, str) else tuple(task), number=number)
-    run_graph(towards, known=known, demos=demos, progress=progress)
-    return towards
+    started = start_run(scenario, task, number=number)
+    carry_out(started, known=known, demos=demos, oracle=oracle, progress=progress)
+    return started

@@ -65,10 +65,10 @@ def demos(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def library(demos, tmp_path_factory) -> Path:
-    from ichain_drake.cli.graph import learn_graph_library
+    from ichain_drake.cli.run import learn_library
 
     folder = tmp_path_factory.mktemp("library") / "of lamps"
-    learn_graph_library(DrawnLamp(), demos, folder)
+    learn_library(DrawnLamp(), demos, folder)
     return folder
 
 

@@ -18,18 +18,17 @@ from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.goals import gap, parse_goal, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import OwnSkills
-from ichain_drake.demonstrations import Demonstration, write_demonstrations
-from ichain_drake.demonstrations.quality import tell_findings
+from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
-from ichain_drake.learning import InteractionModel, InteractionSpec, read_pieces
+from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.learn import Known, learn_rest
+from ichain_drake.runs.pieces import read_for, record_pieces
 from ichain_drake.runs.provenance import given_of, versions
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
 from ichain_drake.simulation.episode import EpisodeInterrupted, EpisodeLog
 from ichain_drake.simulation.goal_episode import GraphEpisode
-from ichain_drake.simulation.recorder import RecordingInterrupted
 from ichain_drake.simulation.wiring import goal_controller, look, make_planner
 from ichain_drake.state import FloatArray
 from ichain_drake.world.world import World
@@ -154,36 +153,6 @@ def describe(plan: Plan) -> list[dict[str, Any]]:
     ]
 
 
-def record_pieces(
-    run: GraphRun,
-    keep: Path | None = None,
-    say: Progress | None = None,
-    known: Collection[Interaction] = (),
-    *,
-    overwrite: bool = False,
-) -> None:
-    """Record demonstrations into `run`, writing each to the folder `keep` as soon as it is there.
-
-    Args:
-        run: its pieces are replaced.
-        keep: folder for them.
-        say: called with a line before each.
-        known: interactions that need none.
-        overwrite: whether files in that folder may be replaced.
-    """
-    run.pieces = []
-    try:
-        with threadpool_limits(limits=1):
-            for piece in run.scenario.record_demonstrations(say, [e.name for e in known]):
-                run.pieces.append(piece)
-                if keep is not None:
-                    write_demonstrations([piece], keep, overwrite=overwrite)
-    except RecordingInterrupted as stopped:
-        if keep is not None:
-            write_demonstrations([stopped.piece], keep, overwrite=overwrite)
-        raise
-
-
 def run_graph(
     run: GraphRun,
     *,
@@ -221,11 +190,11 @@ def run_graph(
     check_goal_text(run.expressions, run.scenario.graph)
 
     def show(shown: Collection[Interaction]) -> Sequence[Demonstration]:
+        run.pieces = []
         if demos is not None:
-            run.pieces = read_pieces(demos, run.scenario.graph, shown, resampled=resampled, say=say)
-            tell_findings(run.pieces, run.scenario.graph, say)
+            run.pieces = read_for(run.scenario, demos, shown, resampled=resampled, say=say)
         else:
-            record_pieces(run, keep_demos, say, shown)
+            record_pieces(run.scenario, run.pieces, keep_demos, say, [e.name for e in shown])
         return run.pieces
 
     model = run.model = learn_rest(show, run.scenario.graph, known, spec or asked, say)
@@ -301,4 +270,4 @@ def _wrong(run: GraphRun) -> str:
     return ""
 
 
-__all__ = ["GraphRun", "describe", "own_goal", "record_pieces", "run_graph"]
+__all__ = ["GraphRun", "describe", "own_goal", "run_graph"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,36 +9,16 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import make_controller
 from ichain_drake.control.tracking.turns import check_turns, smooth_path
-from ichain_drake.demonstrations import write_demonstrations
-from ichain_drake.errors import InputError, UnreachableError
+from ichain_drake.errors import UnreachableError
 from ichain_drake.learning import InteractionModel
-from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.runs.learn import Known, learn
-from ichain_drake.runs.paths.demonstrations import read_for
 from ichain_drake.runs.paths.following import follow, measure_result, oracle_follow
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.scenarios.base import PathScenario, Progress
+from ichain_drake.runs.pieces import check_settings, read_for, record_pieces
+from ichain_drake.scenarios.base import Progress
 from ichain_drake.simulation.episode import EpisodeInterrupted
-from ichain_drake.simulation.recorder import RecordingInterrupted, whole_frames
+from ichain_drake.simulation.recorder import whole_frames
 from ichain_drake.simulation.watching import watched_by
-
-
-def check_settings(scenario: PathScenario) -> None:
-    """Refuse estimators that learning would refuse, before minutes of recording; a scenario has checked the rest.
-
-    Raises:
-        InputError: on an unknown estimator or parameter; names the interaction.
-    """
-    tried: set[str] = set()
-    for name, link in scenario.config.learning.candidates().items():
-        for spec in (*link.forward, *link.inverse, *([link.screening] if link.screening else [])):
-            if str(spec) in tried:
-                continue
-            tried.add(str(spec))
-            try:
-                try_out(spec.make())
-            except (ValueError, TypeError) as error:  # InputError is one; constructors may raise both
-                raise InputError(f"{name}: {spec}: {error}") from None
 
 
 def run_paths(
@@ -79,7 +58,7 @@ def run_paths(
             elif demos is not None:
                 run.pieces = read_for(run.scenario, demos, resampled=resampled, say=say)
             else:
-                record_pieces(run, keep_demos, say, set(known.names if known else ()))
+                record_pieces(run.scenario, run.pieces, keep_demos, say, set(known.names if known else ()))
             learn_to_follow(run, known, say)
             _follow_all(run, oracle, say)
         except UnreachableError as error:
@@ -140,28 +119,3 @@ def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
                 run.results[-1] = replace(result, oracle_reason="the oracle did not reach the path's end")
     lost = [f"{r.name} ({r.reason})" for r in run.results if not r.completed]
     run.reason = f"the end was not reached on: {', '.join(lost)}" if lost else "every path was followed to its end"
-
-
-def record_pieces(
-    run: PathRun, keep: Path | None, say: Progress, known: Collection[str] = (), *, overwrite: bool = False
-) -> None:
-    """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is written too.
-
-    Args:
-        run: gets them.
-        keep: folder for them.
-        say: called with a line before each.
-        known: interactions that need none.
-        overwrite: whether files in that folder may be replaced.
-    """
-    try:
-        with threadpool_limits(limits=1):  # as `run_paths`, whoever records
-            for piece in run.scenario.record_demonstrations(say, known):
-                run.pieces.append(piece)
-                if keep is not None:
-                    write_demonstrations([piece], keep, overwrite=overwrite)
-    except RecordingInterrupted as stopped:
-        run.pieces.append(stopped.piece)
-        if keep is not None:
-            write_demonstrations([stopped.piece], keep, overwrite=overwrite)
-        raise
