@@ -209,10 +209,6 @@ class PathScenario(Scenario):
         return self.make_world(path, run)
 
     @abstractmethod
-    def robot_seconds(self) -> Mapping[str, float]:
-        """Simulated robot time that recording took for each interaction [s]."""
-
-    @abstractmethod
     def monolithic_demonstration(self, count: int) -> Demonstration:
         """Transitions of the robot's hand and the target alone, for a model that knows nothing in between."""
 

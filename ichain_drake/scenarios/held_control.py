@@ -29,7 +29,6 @@ from ichain_drake.scenarios.held_control_config import HeldControlConfig
 from ichain_drake.scenarios.seats import PlaceSeat, Seat
 from ichain_drake.simulation.recorder import record
 from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.timing import TICK
 from ichain_drake.visualization import Axis, Drawing, GameScreen, HandDrawing
 from ichain_drake.visualization.sprites import car_sprite
 from ichain_drake.world.world import World
@@ -203,10 +202,6 @@ class HeldControl(PathScenario):
     def path_limits(self) -> PathLimits:
         """From the configuration."""
         return self.config.path.limits()
-
-    def robot_seconds(self) -> Mapping[str, float]:
-        """The hand's play takes the robot's time; watching a person drive does not (paper sec. I)."""
-        return {f"{HAND}->{self.control}": self.config.learning.samples * TICK, f"{self.control}->{self.target}": 0.0}
 
     def drawings(self) -> Mapping[str, Any]:
         """A screen behind the table; hand and control too where no plant shows them."""
