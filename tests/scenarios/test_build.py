@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from pydrake.geometry import MeshcatVisualizer, StartMeshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios import Scenario, build_world
+from ichain_drake.scenarios.build import AddWorld
 from ichain_drake.scenarios.joystick_game import JoystickGameConfig
 from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
@@ -48,6 +50,19 @@ def test_the_arm_holds_the_stick_inside_another_diagram() -> None:
     context = world.GetMyContextFromRoot(simulator.get_context())
     assert world.GetOutputPort("joystick.active").Eval(context)[0] == 1.0
     assert world.GetOutputPort("joystick.state").Eval(context)[2:] == pytest.approx([0.0, 0.4], abs=0.03)
+
+
+def test_an_arm_is_seen_in_anybodys_meshcat() -> None:
+    builder, meshcat = DiagramBuilder(), StartMeshcat()
+    world = AddWorld(builder, load_scenario("car_game", physics="contact"), "spiral", run=1)
+    MeshcatVisualizer.AddToBuilder(builder, world.GetOutputPort("query"), meshcat)
+    builder.ExportInput(world.GetInputPort("hand_command"), "hand_command")
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    diagram.GetInputPort("hand_command").FixValue(context, [0.5, 0.0])
+    diagram.ForcedPublish(context)
+    assert meshcat.HasPath("/drake/visualizer/arm")
+    assert meshcat.HasPath("/drake/visualizer/joystick")
 
 
 def test_an_unknown_path_is_named() -> None:
