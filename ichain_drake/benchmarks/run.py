@@ -57,8 +57,7 @@ def run_benchmarks(progress: Progress | None = None, sizes: BenchmarkSizes | Non
         ideal = CarGame(sizes.overrides, "ideal")
         say("learning the car game")
         pieces = list(ideal.record_demonstrations())
-        chain = learn(ideal, pieces).chain
-        assert chain is not None
+        chain = learn(ideal, pieces).for_paths()
         default = ideal.config.control.method
         methods = (default, *(m for m in METHODS if m != default))
         limits, candidates = ideal.path_limits(), ideal.config.control.candidates()

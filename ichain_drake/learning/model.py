@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import ActiveCycleError, InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.batch import flatten, forced_status
+from ichain_drake.learning.batch import flatten, forced_status, shaped
 from ichain_drake.learning.chain.chain import DEMONSTRATIONS, LearnedChain
 from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.passive import PassiveDynamics
@@ -90,6 +90,26 @@ class InteractionModel:
             chain.graph, {}, {}, {}, {}, {}, edges, {}, names,
             demonstrations_sha256=data_hash(pieces), known=known, chain=chain,
         )  # fmt: skip
+
+    def for_paths(self) -> LearnedChain:
+        """Its chain.
+
+        Raises:
+            InputError: if it was learned for goals.
+        """
+        if self.chain is None:
+            raise InputError("the model was learned for goals; for a path, give `learn` a target, or a PathScenario")
+        return self.chain
+
+    def for_goals(self) -> InteractionModel:
+        """Itself.
+
+        Raises:
+            InputError: if it was learned about a chain that follows paths.
+        """
+        if self.chain is not None:
+            raise InputError("the model was learned for following paths; for a goal, give `learn` no target")
+        return self
 
     def source_of(self, edge: Interaction) -> str:
         """Where an interaction's models come from: `demonstrations`, or a folder."""
@@ -180,7 +200,7 @@ class InteractionModel:
         if self.chain is not None:
             self.chain.advance(rows, after)
             on = {e: np.ones(n, dtype=bool) for e in self.order}
-            return _shaped(after, on, shape)
+            return shaped(after, on, shape)
         forced = forced_status(active, self.graph, shape, n)
         before = forced_status(previous, self.graph, shape, n)
         for members in self.graph.components:
@@ -188,7 +208,7 @@ class InteractionModel:
                 self.advance_component(members, rows, after, forced, before, on)
         if strict:
             self.refuse_cycles(on, time)
-        return _shaped({n: after[n] for n in every}, {e: on[e] for e in self.graph.interactions}, shape)
+        return shaped({n: after[n] for n in every}, {e: on[e] for e in self.graph.interactions}, shape)
 
     def advance_component(
         self,
@@ -323,10 +343,3 @@ class InteractionModel:
             known = ", ".join(e.name for e in self.edges)
             raise InputError(f"there is no learned interaction {getattr(edge, 'name', edge)!s}; learned are {known}")
         return self.edges[edge]
-
-
-def _shaped(
-    states: Mapping[str, FloatArray], on: Mapping[Interaction, BoolArray], shape: tuple[int, ...]
-) -> tuple[dict[str, FloatArray], dict[Interaction, BoolArray]]:
-    """Rows in the shape of a batch."""
-    return {n: s.reshape(*shape, -1) for n, s in states.items()}, {e: flag.reshape(shape) for e, flag in on.items()}

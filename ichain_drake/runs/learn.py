@@ -91,7 +91,7 @@ def learn_rest(
         InputError: as `learn`.
     """
     if isinstance(known, InteractionModel):
-        return known
+        return known.for_goals()
     parts = known or KnownParts()
     say = say or (lambda line: None)
     if not parts.is_whole(graph):

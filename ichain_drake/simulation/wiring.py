@@ -18,7 +18,6 @@ from ichain_drake.control.planning.skills import OwnSkills, Skills
 from ichain_drake.control.tracking.chain import ChainController, make_controller
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.control.tracking.systems import Controller, PathController
-from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.simulation.interruption import deferred_interrupt
@@ -118,15 +117,11 @@ def AddController(  # noqa: N802 - named as Drake names what adds systems to a b
         InputError: on a model that was learned for the other kind of task, or a goal that can't be read.
     """
     if isinstance(task, TimedPath):
-        if model.chain is None:
-            raise InputError("the model was learned for goals; for a path, give `learn` a target, or a PathScenario")
-        chosen = controller or make_controller(model.chain, "predictive", task.limits, progress=progress)
-        system: System = path_controller(model.chain, chosen, task)
+        chain = model.for_paths()
+        chosen = controller or make_controller(chain, "predictive", task.limits, progress=progress)
+        system: System = path_controller(chain, chosen, task)
     else:
-        if model.chain is not None:
-            raise InputError(
-                "the model was learned for following paths; for a goal, give `learn` no target, or a GraphScenario"
-            )
+        model.for_goals()
         texts = [task] if isinstance(task, str) else task
         goal = texts if isinstance(texts, Goal) else parse_goal(texts, model, look(world))
         system = goal_controller(

@@ -85,3 +85,7 @@ def test_one_call_does_a_goal_or_a_path(
     assert list(followed.report()["metrics"]["paths"]) == ["eight"]
     with pytest.raises(ic.InputError, match="car_game has no path 'circle'"):
         ic.run(game, "circle")
+    with pytest.raises(ic.InputError, match="the model was learned for goals; for a path, give `learn` a target"):
+        ic.run(game, "eight", known=lamp)
+    with pytest.raises(ic.InputError, match="the model was learned for following paths; for a goal, give `learn` no t"):
+        ic.run(LampScenario(), GOAL, known=car)

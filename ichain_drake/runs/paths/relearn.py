@@ -141,8 +141,7 @@ def _known(library: Path, scenario: PathScenario) -> KnownParts:
 def _learn(
     scenario: PathScenario, pieces: Sequence[Demonstration], saved: KnownParts
 ) -> tuple[LearnedChain, ChainController]:
-    chain = learn(scenario, pieces, known=saved).chain
-    assert chain is not None
+    chain = learn(scenario, pieces, known=saved).for_paths()
     control = scenario.config.control
     return chain, make_controller(chain, control.method, scenario.path_limits(), control.candidates())
 

@@ -83,14 +83,14 @@ def learn_to_follow(
     """
     scenario, control = run.scenario, run.scenario.config.control
     run.model = learn(scenario, run.pieces, known=known, progress=say)
-    assert run.chain is not None
+    chain = run.model.for_paths()
     for name, path in run.paths.items():
         where = f"path {name}"
         if run.smooth:
-            run.paths[name], off = smooth_path(path, run.chain, where, scenario.unit)
+            run.paths[name], off = smooth_path(path, chain, where, scenario.unit)
             say(f"{where}: smoothed, by {off:.3g} {scenario.unit} at most")
-        check_turns(run.paths[name], run.chain, where, scenario.unit)
-    run.controller = make_controller(run.chain, control.method, scenario.path_limits(), control.candidates(), say)
+        check_turns(run.paths[name], chain, where, scenario.unit)
+    run.controller = make_controller(chain, control.method, scenario.path_limits(), control.candidates(), say)
 
 
 def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
