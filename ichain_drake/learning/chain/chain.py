@@ -12,7 +12,7 @@ from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.demonstrations.transitions import Transitions, collect_commands, collect_transitions
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph, Origin
-from ichain_drake.learning.chain.command import LearnedCommand
+from ichain_drake.learning.chain.command import LearnedCommand, learn_command
 from ichain_drake.learning.chain.link import (
     EstimatorSpec,
     ForwardSpec,
@@ -24,16 +24,14 @@ from ichain_drake.learning.chain.link import (
     specs_of,
 )
 from ichain_drake.learning.chain.models import ActionKind, ForwardModel, InverseModel
-from ichain_drake.learning.estimators import make_estimator
 from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.features import FeatureKind, planar_poses
-from ichain_drake.learning.frozen import FrozenModel, freeze
+from ichain_drake.learning.frozen import FrozenModel
 from ichain_drake.state import FloatArray
 
 DEMONSTRATIONS = "demonstrations"
 """Source of what was learned in this run, from demonstrations."""
 
-_COMMAND_DEGREES = (1, 2, 3)
 _SAME_SURPRISE = 0.005
 
 
@@ -245,30 +243,6 @@ def learn_link(
         np.maximum(data.parent_next.std(axis=0), 1e-9),
         robot_seconds,
     )
-
-
-def learn_command(commands: FloatArray, states: FloatArray) -> FrozenModel | None:
-    """The command that brings the hand to a wanted state: corrects what the hand does systematically off.
-
-    Args:
-        commands, states: hand commands, and the hand states they led to, shape (n, n_hand).
-
-    Returns:
-        The map, of the degree with the best cross-validation score; None where it does no better than commanding
-        the wanted state itself.
-    """
-    plain = float(np.mean((commands - states) ** 2))
-    best, best_error = None, plain
-    for degree in _COMMAND_DEGREES:
-        estimator = make_estimator("polynomial", degree=degree)
-        try:
-            estimator.fit(states, commands)
-        except InputError:
-            continue
-        error = float(np.mean(estimator.residual_std_**2))
-        if error < best_error:
-            best, best_error = estimator, error
-    return None if best is None else freeze(best)
 
 
 def _learn_robot(pieces: Sequence[Demonstration], graph: InteractionGraph, first: LearnedLink) -> LearnedCommand:
