@@ -97,11 +97,7 @@ def run(
     SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
     """
     from ichain_drake import rules
-    from ichain_drake.cli.plan import goal_of
-    from ichain_drake.cli.run import RunFiles, run_scenario
-    from ichain_drake.runs.paths.choice import choose_paths
-    from ichain_drake.runs.run import start_run
-    from ichain_drake.scenarios import PathScenario
+    from ichain_drake.cli.run import RunFiles, asked_for, run_scenario
 
     if more and not (paths or goal):
         raise IchainError(f"unexpected argument {more[0]!r}; names of paths go behind --paths, goals behind --goal")
@@ -110,18 +106,8 @@ def run(
     loaded = scenario_named(scenario, settings, physics, seed)
     files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
     with rules.without(without):
-        if not isinstance(loaded, PathScenario):
-            if path or paths:
-                raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
-            started = start_run(loaded, goal_of(loaded, [*goal, *more]))
-        else:
-            if goal:
-                raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
-            if smooth and not path:
-                raise IchainError("--smooth is for --path: reference paths are smooth")
-            if path and (paths or more):
-                raise IchainError("--path and --paths: give one of the two")
-            started = start_run(loaded, choose_paths(loaded, [*paths, *more], path), smooth=smooth)
+        asked = (goal, [*paths, *more]) if paths else ([*goal, *more], paths)
+        started = asked_for(loaded, asked[0], path, asked[1], smooth=smooth)
         return run_scenario(
             started, files, path, demos, library, oracle=oracle, resampled=resample, meshcat=meshcat, realtime=realtime
         )

@@ -1,4 +1,4 @@
-"""The command `plan`, and the goals that are asked for on the command line."""
+"""The command `plan`."""
 
 from __future__ import annotations
 
@@ -7,32 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from ichain_drake.cli.console import Reporter
-from ichain_drake.cli.run import check_there, known_of
+from ichain_drake.cli.run import check_there, goal_of, known_of
 from ichain_drake.control.planning.format import format_plan
-from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
-from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.runs.goals.plan import make_plan
-from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.learn import learn_rest
 from ichain_drake.runs.pieces import read_for
 from ichain_drake.simulation.wiring import look
-
-
-def goal_of(scenario: Any, expressions: Sequence[str]) -> tuple[str, ...]:
-    """The goal asked for, or the scenario's own.
-
-    Raises:
-        InputError: if there is neither, or it can't be read.
-    """
-    goal = tuple(expressions) or own_goal(scenario)
-    if not goal:
-        raise InputError(f"{scenario.name} has no goal of its own; give one with --goal 'object.variable >= value'")
-    check_goal_text(goal, scenario.graph)
-    return goal
 
 
 def print_plan(

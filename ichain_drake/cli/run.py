@@ -18,21 +18,23 @@ from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
 from ichain_drake.cli.options import command_said
 from ichain_drake.control.planning.format import format_plan
+from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.files import held, real_path, unused_folder
 from ichain_drake.graph import write_drawing
 from ichain_drake.learning import InteractionModel
-from ichain_drake.runs.goals.run import GraphRun
+from ichain_drake.runs.goals.run import GraphRun, own_goal
 from ichain_drake.runs.learn import Known, learn
 from ichain_drake.runs.library import load, save
 from ichain_drake.runs.output import write_pictures_of, write_playback_of
+from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder, write_report
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.runs.pieces import check_settings, read_for
 from ichain_drake.runs.provenance import versions
-from ichain_drake.runs.run import carry_out
-from ichain_drake.scenarios import Scenario, build_world
+from ichain_drake.runs.run import carry_out, start_run
+from ichain_drake.scenarios import PathScenario, Scenario, build_world
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,45 @@ def known_of(scenario: Scenario, library: Path | None) -> Known | None:
         return None
     check_filled(library)
     return load(library, scenario)
+
+
+def goal_of(scenario: Any, expressions: Sequence[str]) -> tuple[str, ...]:
+    """The goal asked for, or the scenario's own.
+
+    Raises:
+        InputError: if there is neither, or it can't be read.
+    """
+    goal = tuple(expressions) or own_goal(scenario)
+    if not goal:
+        raise InputError(f"{scenario.name} has no goal of its own; give one with --goal 'object.variable >= value'")
+    check_goal_text(goal, scenario.graph)
+    return goal
+
+
+def asked_for(
+    scenario: Scenario, goal: Sequence[str], path: Sequence[Path], paths: Sequence[str], *, smooth: bool
+) -> PathRun | GraphRun:
+    """The run that the command line asks for: towards a goal, or along paths.
+
+    Args:
+        scenario: what runs.
+        goal, path, paths, smooth: as the command's options.
+
+    Raises:
+        InputError: on options that are for the other kind, and on goals or paths that can't be.
+    """
+    name = scenario.name
+    if not isinstance(scenario, PathScenario):
+        if path or paths:
+            raise InputError(f"{name} is asked for a goal: --path and --paths are not for it")
+        return start_run(scenario, goal_of(scenario, goal))
+    if goal:
+        raise InputError(f"{name} follows paths: give --path or --paths, not --goal")
+    if smooth and not path:
+        raise InputError("--smooth is for --path: reference paths are smooth")
+    if path and paths:
+        raise InputError("--path and --paths: give one of the two")
+    return start_run(scenario, choose_paths(scenario, paths, path), smooth=smooth)
 
 
 def run_scenario(
