@@ -189,6 +189,7 @@ def _drives_of(
     follow = carry.follow if carry is not None and len(chain) == 1 else ()
     least = np.maximum(LEAST_CHANGE * span(model, target), NOISES * model.noise[target])
     usable = keeps(model, target) & ~is_change(model, target)
+    further = _probe(model, batch, _LONG_TICKS)
     out = []
     for v in np.flatnonzero(usable):
         if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
@@ -199,8 +200,9 @@ def _drives_of(
             fastest = int(np.argmax(speed))
             if speed[fastest] < max(_LEAST_RATE * least[v], _BIAS * largest):
                 continue
-            # How far each way of holding the chain gets, all from the same contents: those of the fastest sample.
-            poses = _in_context(model, chain[0].child, carry, batch, fastest)
+            # How far each way of holding the chain gets, all from the same contents: those that leave most room for it.
+            roomy = int(np.argmax(direction * further[target][:, v]))
+            poses = _in_context(model, chain[0].child, carry, batch, roomy)
             total = direction * _probe(model, poses, _LONG_TICKS)[target][:, v]
             best = float(total.max())
             if best < least[v]:
