@@ -22,7 +22,7 @@ _SLACK = 0.001  # m that the clearance at an end may be undercut
 
 
 @dataclass(eq=False)
-class Node:
+class TreeNode:
     """A hand state on a way.
 
     Attributes:
@@ -33,7 +33,7 @@ class Node:
 
     hand: FloatArray
     joints: FloatArray
-    parent: Node | None = None
+    parent: TreeNode | None = None
 
 
 class HandLines:
@@ -48,7 +48,7 @@ class HandLines:
         steps: ticks that were tried so far.
     """
 
-    def __init__(self, spec: HandSpec, rollout: ArmRollout, ends: tuple[Node, Node]) -> None:
+    def __init__(self, spec: HandSpec, rollout: ArmRollout, ends: tuple[TreeNode, TreeNode]) -> None:
         self.spec, self.space, self.ends = spec, spec.space, ends
         self._rollout = rollout
         self.steps = 0
@@ -72,13 +72,13 @@ class HandLines:
         count, way = self.ticks(a, b), self.space.difference(b, a)
         return [a + k / count * way for k in range(1, count)] + [b]
 
-    def step(self, node: Node, hand: FloatArray) -> tuple[Node | None, Stretch]:
+    def step(self, node: TreeNode, hand: FloatArray) -> tuple[TreeNode | None, Stretch]:
         """One tick to a hand state; None where the arm can't follow or comes too close to something."""
         self.steps += 1
         stretch = self._rollout.tick(node.joints, self.spec.full(node.hand), self.spec.full(hand))
-        return (Node(hand, stretch.joints, node) if self._allowed(stretch) else None), stretch
+        return (TreeNode(hand, stretch.joints, node) if self._allowed(stretch) else None), stretch
 
-    def line(self, node: Node, hand: FloatArray) -> tuple[Node | None, Stretch | None]:
+    def line(self, node: TreeNode, hand: FloatArray) -> tuple[TreeNode | None, Stretch | None]:
         """A line to a hand state: where it ends, or None and the tick that can't be gone."""
         for point in self.points(node.hand, hand):
             following, stretch = self.step(node, point)
@@ -87,9 +87,9 @@ class HandLines:
             node = following
         return node, None
 
-    def follow(self, node: Node, rows: list[FloatArray]) -> list[Node] | None:
+    def follow(self, node: TreeNode, rows: list[FloatArray]) -> list[TreeNode] | None:
         """Ticks from a node to one hand state after the other; None if one of them can't be gone."""
-        out: list[Node] = []
+        out: list[TreeNode] = []
         for hand in rows:
             following, _ = self.step(out[-1] if out else node, hand)
             if following is None:

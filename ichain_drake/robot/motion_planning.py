@@ -15,7 +15,7 @@ from pydrake.math import RigidTransform
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.robot.arm_rollout import ArmRollout, Stretch
 from ichain_drake.robot.collision import CollisionScene
-from ichain_drake.robot.hand_lines import MARGIN, HandLines, Node
+from ichain_drake.robot.hand_lines import MARGIN, HandLines, TreeNode
 from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.path_search import find_way
 from ichain_drake.robot.plant import control_plant
@@ -89,7 +89,7 @@ class MotionPlanner:
         end[grip] = start[grip]
         scene = self._scene(held)
         scene.place({n: hand.full(v) for n, v in (left or {}).items() if n != held})
-        first, last = (Node(v, self.kinematics.solve(hand.full(v))) for v in (start, end))
+        first, last = (TreeNode(v, self.kinematics.solve(hand.full(v))) for v in (start, end))
         lines = HandLines(hand, ArmRollout(self.kinematics, scene, MARGIN), (first, last))
         overlap = _PRESSED if scene.held is None else _PUT_DOWN
         if lines.clearances[1] < min(-overlap, lines.clearances[0]):

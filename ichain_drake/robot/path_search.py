@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ichain_drake.robot.hand_lines import HandLines, Node
+from ichain_drake.robot.hand_lines import HandLines, TreeNode
 from ichain_drake.state import FloatArray, wrap_angle
 
 _REACH = 0.3  # m around both ends in which to look for a way
@@ -29,8 +29,8 @@ def find_way(lines: HandLines, rng: np.random.Generator) -> list[FloatArray] | N
     return None if nodes is None else [n.hand for n in _shorten(lines, nodes, rng)[1:]]
 
 
-def _search(lines: HandLines, rng: np.random.Generator) -> list[Node] | None:
-    trees = [[Node(end.hand, end.joints)] for end in lines.ends]
+def _search(lines: HandLines, rng: np.random.Generator) -> list[TreeNode] | None:
+    trees = [[TreeNode(end.hand, end.joints)] for end in lines.ends]
     turn, begun = 0, lines.steps
     while lines.steps - begun < _STEPS:
         tree, other = trees[turn], trees[1 - turn]
@@ -61,7 +61,7 @@ def _sample(lines: HandLines, rng: np.random.Generator) -> FloatArray:
     return hand
 
 
-def _extend(lines: HandLines, tree: list[Node], goal: FloatArray, ticks: int) -> Node | None:
+def _extend(lines: HandLines, tree: list[TreeNode], goal: FloatArray, ticks: int) -> TreeNode | None:
     """Go from the nearest node towards a state, for some ticks or until something is in the way."""
     node = min(tree, key=lambda n: lines.distance(n.hand, goal))
     last = None
@@ -74,11 +74,11 @@ def _extend(lines: HandLines, tree: list[Node], goal: FloatArray, ticks: int) ->
     return last
 
 
-def _alike(a: Node, b: Node) -> bool:
+def _alike(a: TreeNode, b: TreeNode) -> bool:
     return bool(np.abs(wrap_angle(a.joints - b.joints)).max() < _ALIKE)
 
 
-def _chain(node: Node) -> list[Node]:
+def _chain(node: TreeNode) -> list[TreeNode]:
     """A node and those before it, back to its tree's root."""
     out = [node]
     while node.parent is not None:
@@ -87,7 +87,7 @@ def _chain(node: Node) -> list[Node]:
     return out
 
 
-def _shorten(lines: HandLines, nodes: list[Node], rng: np.random.Generator) -> list[Node]:
+def _shorten(lines: HandLines, nodes: list[TreeNode], rng: np.random.Generator) -> list[TreeNode]:
     """Replace parts by straight lines, as long as the arm can still follow the rest of the way."""
     for _ in range(_SHORTCUTS):
         i, j = sorted(int(v) for v in rng.integers(0, len(nodes), 2))

@@ -19,16 +19,16 @@ from ichain_drake.simulation.interruption import deferred_interrupt
 from ichain_drake.simulation.real_time import FrameClock
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
-from ichain_drake.visualization import Button, Camera, LiveView
+from ichain_drake.visualization import Camera, LiveView, PageButton
 
 if TYPE_CHECKING:
     from ichain_drake.scenarios.base import Scenario
 
-RECORD = Button("Record (R)", "KeyR", "record a piece; again: keep it", 0)
-KEEP = Button("Keep and save (K)", "KeyK", "keep it, on disk", 2)
-DISCARD = Button("Discard (X)", "KeyX", "discard it", 1)
-RESTART = Button("Start anew (N)", "KeyN", "start anew (a piece is kept)", 3)
-END = Button("End (Esc)", "Escape", "end")
+RECORD = PageButton("Record (R)", "KeyR", "record a piece; again: keep it", 0)
+KEEP = PageButton("Keep and save (K)", "KeyK", "keep it, on disk", 2)
+DISCARD = PageButton("Discard (X)", "KeyX", "discard it", 1)
+RESTART = PageButton("Start anew (N)", "KeyN", "start anew (a piece is kept)", 3)
+END = PageButton("End (Esc)", "Escape", "end")
 
 _FIRST_RUN, _RUNS = 950, 50  # numbers that key noise; neither evaluations nor scripts use them
 FRAMES_PER_NOTE = 20
@@ -84,7 +84,7 @@ class TeachingSession:
             f"{edge} on/off ({key})": (edge, f"Digit{key}") for key, edge in enumerate(self.pieces.edges[:9], 1)
         }
         marks = tuple(
-            Button(label, key, f"mark {edge}: active, inactive") for label, (edge, key) in self._marks.items()
+            PageButton(label, key, f"mark {edge}: active, inactive") for label, (edge, key) in self._marks.items()
         )
         self.view = LiveView(
             f"Teach {scenario.name}: drive the {seat.name}",
@@ -148,12 +148,11 @@ class TeachingSession:
         """A world at its start."""
         number = _FIRST_RUN + self._restarts % _RUNS
         self._restarts += 1
-        world, prepare = self._seat.world(number)
+        world = self._seat.world(number)
         context = world.CreateDefaultContext()
-        prepare(context)
         hand = np.array(world.robot.GetOutputPort("state").Eval(world.robot.GetMyContextFromRoot(context)))
         self._person = Person(hand)
-        self._episode = Episode(world, self._person, prepare)
+        self._episode = Episode(world, self._person)
         self._command, self._count = hand, 0
         self.view.begin(0.0, self._states(), {})
 

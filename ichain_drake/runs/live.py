@@ -5,16 +5,17 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+from ichain_drake.control.tracking.systems import PathController
 from ichain_drake.scenarios.adjustable import Adjustable
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.real_time import FrameClock
 from ichain_drake.timing import FRAME
-from ichain_drake.visualization import Button, LiveView
+from ichain_drake.visualization import LiveView, PageButton
 
 if TYPE_CHECKING:
     from ichain_drake.scenarios.base import Scenario
 
-STOP = Button("Stop the run (Esc)", "Escape", "stop: report and recording are kept")
+STOP = PageButton("Stop the run (Esc)", "Escape", "stop: report and recording are kept")
 
 _TELL = 0.1  # [s] of real time between two changes of the panel
 _FAREWELL = 0.6  # [s] in which the page asks once more
@@ -59,7 +60,8 @@ class LiveRun:
     def begin(self, episode: Episode) -> None:
         """Show an episode's start; what was adjusted before stays in force."""
         self._episodes += 1
-        lines = {} if episode.path is None else {episode.followed: episode.path.points}
+        driver = episode.commander if isinstance(episode.commander, PathController) else None
+        lines = {} if driver is None or episode.path is None else {driver.followed: episode.path.points}
         states = {name: episode.value(name, "state") for name in episode.world.graph.objects}
         self.view.begin(episode.context.get_time(), states, lines)
         for item in self._adjustables:

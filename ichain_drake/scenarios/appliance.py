@@ -34,7 +34,7 @@ class ApplianceConfig(GraphConfig):
     """Configuration of a scenario with an appliance.
 
     Attributes:
-        goal, mishap: see `GraphConfig`.
+        goal, fault: see `GraphConfig`.
         camera_shift: the robot frame's origin in the camera frame [m].
     """
 

@@ -64,7 +64,7 @@ class PlayConfig:
 
 
 @dataclass
-class StartConfig:
+class GameStartConfig:
     """How a run begins.
 
     Attributes:
@@ -82,7 +82,7 @@ class JoystickGameConfig(HeldControlConfig):
 
     joystick: MountConfig = field(default_factory=MountConfig)
     play: PlayConfig = field(default_factory=PlayConfig)
-    start: StartConfig = field(default_factory=StartConfig)
+    start: GameStartConfig = field(default_factory=GameStartConfig)
 
 
 class JoystickGame(HeldControl):

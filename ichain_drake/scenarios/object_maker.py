@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects.base import ObjectSettings, WorldObject
-from ichain_drake.scenarios.mishaps import Mishap
+from ichain_drake.scenarios.faults import Faults
 from ichain_drake.state import FloatArray
 
 ObjectT = TypeVar("ObjectT", bound=WorldObject)
@@ -23,7 +23,7 @@ class ObjectMaker:
         seed: of the world's noise.
         noise_scale: factor on the noise.
         body_sizes: length of [q; v] of the bodies in the plant, by object name.
-        mishap: what goes wrong in this world.
+        faults: what goes wrong in this world.
     """
 
     def __init__(
@@ -32,12 +32,17 @@ class ObjectMaker:
         seed: int = 0,
         noise_scale: float = 1.0,
         body_sizes: Mapping[str, int] | None = None,
-        mishap: Mishap | None = None,
+        faults: Faults | None = None,
     ) -> None:
-        self.mishap = mishap or Mishap()
+        self.faults = faults or Faults()
         self._graph, self._seed, self._noise_scale = graph, seed, noise_scale
         self._numbers = {name: k for k, name in enumerate(graph.objects)}
         self._body_sizes = dict(body_sizes or {})
+
+    @property
+    def mishap(self) -> Faults:
+        """`faults` by the name that it had before; people's systems that were written with it go on working."""
+        return self.faults
 
     def __call__(
         self,

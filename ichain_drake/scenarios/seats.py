@@ -12,10 +12,9 @@ from pydrake.systems.framework import Diagram
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME
-from ichain_drake.visualization import Axis, Button, Camera
+from ichain_drake.visualization import Axis, Camera, PageButton
 from ichain_drake.world.world import World
 
 _SPEED = {"m": 0.15, "rad": 0.8}  # of a hand that is moved by axes
@@ -37,12 +36,12 @@ class Seat(ABC):
     """
 
     name: str
-    world: Callable[[int], tuple[World, Prepare]]
+    world: Callable[[int], World]
     drawings: Callable[[], Mapping[str, Any]]
     plant: Callable[[], Diagram | None]
     objects: tuple[str, ...]
     axes: tuple[Axis, ...] = ()
-    toggles: tuple[Button, ...] = ()
+    toggles: tuple[PageButton, ...] = ()
     camera: Camera | None = None
 
     @abstractmethod
@@ -138,7 +137,7 @@ def _axis(name: str, space: StateSpace, index: int) -> Axis:
     return Axis(name, *known[role.axis])
 
 
-def hand_seat(scenario: Drivable, world: Callable[[int], tuple[World, Prepare]]) -> HandSeat:
+def hand_seat(scenario: Drivable, world: Callable[[int], World]) -> HandSeat:
     """The hand itself, variable by variable, in the scenario's physics.
 
     Args:
@@ -152,7 +151,7 @@ def hand_seat(scenario: Drivable, world: Callable[[int], tuple[World, Prepare]])
     keys = ["KeyG", "KeyH", "KeyJ"]
     binary = [v.name for v in space.variables if v.kind == "binary"]
     toggles = tuple(
-        Button(name, keys[i] if i < len(keys) else "", f"{name}: on, off", 5 + i) for i, name in enumerate(binary)
+        PageButton(name, keys[i] if i < len(keys) else "", f"{name}: on, off", 5 + i) for i, name in enumerate(binary)
     )
     objects = tuple(scenario.graph.objects)
     return HandSeat(
@@ -162,7 +161,7 @@ def hand_seat(scenario: Drivable, world: Callable[[int], tuple[World, Prepare]])
 
 def place_seat(
     scenario: Drivable,
-    world: Callable[[int], tuple[World, Prepare]],
+    world: Callable[[int], World],
     lower: FloatArray,
     upper: FloatArray,
     command_at: Callable[[FloatArray], FloatArray] = np.asarray,

@@ -37,7 +37,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Button:
+class PageButton:
     """Something to press.
 
     Attributes:
@@ -62,7 +62,7 @@ class Controls:
         buttons: to press.
     """
 
-    def __init__(self, meshcat: Meshcat, axes: Sequence[Axis] = (), buttons: Sequence[Button] = ()) -> None:
+    def __init__(self, meshcat: Meshcat, axes: Sequence[Axis] = (), buttons: Sequence[PageButton] = ()) -> None:
         self._meshcat = meshcat
         self.axes = tuple(axes)
         self.buttons = tuple(buttons)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.framework import Diagram
 
-from ichain_drake.visualization.controls import Axis, Button, Controls
+from ichain_drake.visualization.controls import Axis, Controls, PageButton
 from ichain_drake.visualization.live_page import LivePage
 from ichain_drake.visualization.plant_drawing import PlantDrawing
 from ichain_drake.visualization.playback import Camera, quiet, set_stage
@@ -51,7 +51,7 @@ class LiveView:
         drawings: Mapping[str, Drawing],
         plant: Diagram | None = None,
         axes: Sequence[Axis] = (),
-        buttons: Sequence[Button] = (),
+        buttons: Sequence[PageButton] = (),
         instructions: Sequence[Sequence[object]] = (),
         camera: Camera | None = None,
     ) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Rgba
 
 from ichain_drake.visualization.graph_layout import layout_graph
-from ichain_drake.visualization.recording import RATE, Episode, Recording, Strip
+from ichain_drake.visualization.recording import RATE, RecordedEpisode, Recording, Strip
 from ichain_drake.visualization.scene import DRAWN, Drawing, Scene
 
 
@@ -94,7 +94,7 @@ def _graph(recording: Recording) -> dict[str, Any] | None:
     }
 
 
-def _switched(episode: Episode, edge: str) -> list[int] | None:
+def _switched(episode: RecordedEpisode, edge: str) -> list[int] | None:
     """Samples from which on an interaction is active, inactive, active and so on; None if nothing was logged."""
     if edge not in episode.active:
         return None

@@ -18,7 +18,7 @@ from ichain_drake.files import write_whole
 from ichain_drake.visualization.html_page import playback_page
 from ichain_drake.visualization.page_log import page_log
 from ichain_drake.visualization.plant_drawing import PlantDrawing
-from ichain_drake.visualization.recording import RATE, Episode, Recording
+from ichain_drake.visualization.recording import RATE, RecordedEpisode, Recording
 from ichain_drake.visualization.scene import Drawing, EpisodeDrawing, Scene
 from ichain_drake.visualization.tracks import pack_animation
 
@@ -126,7 +126,7 @@ def _check_positions(recording: Recording, arm: PlantDrawing | None) -> None:
 
 
 def _record(
-    scene: Scene, episode: Episode, start: float, drawings: Mapping[str, Drawing], arm: PlantDrawing | None
+    scene: Scene, episode: RecordedEpisode, start: float, drawings: Mapping[str, Drawing], arm: PlantDrawing | None
 ) -> None:
     """Keep the changes of one episode."""
     times = start + np.arange(len(episode.times)) / RATE

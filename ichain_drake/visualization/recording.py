@@ -59,7 +59,7 @@ class Strip:
 
 
 @dataclass(frozen=True)
-class Episode:
+class RecordedEpisode:
     """One piece of a run, such as one followed path.
 
     Attributes:
@@ -107,7 +107,7 @@ class Recording:
     physics: str
     seed: int
     spaces: Mapping[str, StateSpace]
-    episodes: tuple[Episode, ...]
+    episodes: tuple[RecordedEpisode, ...]
     interactions: tuple[Interaction, ...] = ()
 
     def __post_init__(self) -> None:
@@ -139,7 +139,7 @@ class Recording:
         return self.starts(gap)[-1] + (len(self.episodes[-1].times) - 1) / RATE
 
 
-def _check_episode(episode: Episode, spaces: Mapping[str, StateSpace]) -> None:
+def _check_episode(episode: RecordedEpisode, spaces: Mapping[str, StateSpace]) -> None:
     """Refuse an episode whose arrays don't fit together."""
     where = f"episode {episode.name}"
     times = np.asarray(episode.times)
@@ -174,7 +174,7 @@ def _check_episode(episode: Episode, spaces: Mapping[str, StateSpace]) -> None:
             raise InputError(f"{where}: line {name!r} must be finite, shape (m, 2); shape {np.shape(line)} given")
 
 
-def _check_activity(episode: Episode, edges: list[str]) -> None:
+def _check_activity(episode: RecordedEpisode, edges: list[str]) -> None:
     """Refuse flags of interactions that there aren't, and flags or strips of another length than the episode."""
     where, n = f"episode {episode.name}", len(episode.times)
     for name, flags in episode.active.items():

@@ -16,7 +16,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.files import read_whole, write_whole
 from ichain_drake.graph import Interaction
 from ichain_drake.state import Role, StateSpace, Variable
-from ichain_drake.visualization.recording import Episode, Readout, Recording, Strip
+from ichain_drake.visualization.recording import Readout, RecordedEpisode, Recording, Strip
 
 FORMAT = "ichain-recording-2"
 _MOST_BYTES = 2**28  # an hour of a large graph takes a tenth of it
@@ -151,7 +151,7 @@ def _space(entry: dict[str, Any]) -> StateSpace:
     return StateSpace(entry["type"], tuple(variables))
 
 
-def _episode(fields: _Fields, key: str, entry: dict[str, Any], spaces: dict[str, StateSpace]) -> Episode:
+def _episode(fields: _Fields, key: str, entry: dict[str, Any], spaces: dict[str, StateSpace]) -> RecordedEpisode:
     readouts = {}
     for j, (label, unit) in enumerate(entry["readouts"]):
         values = fields.array(f"{key}.readout{j}", "fU")
@@ -160,7 +160,7 @@ def _episode(fields: _Fields, key: str, entry: dict[str, Any], spaces: dict[str,
         label: Strip(fields.array(f"{key}.strip{j}"), unit, float(lower), float(upper))
         for j, (label, unit, lower, upper) in enumerate(entry["strips"])
     }
-    return Episode(
+    return RecordedEpisode(
         name=entry["name"],
         times=fields.array(f"{key}.times"),
         states={name: fields.array(f"{key}.state{j}") for j, name in enumerate(spaces)},

@@ -25,7 +25,7 @@ def test_units_kinds_bounds_and_roles_are_given():
     assert objects["power"]["level"] == {"unit": "1", "kind": "integer", "bounds": [0.0, 6], "role": "level"}
     assert objects["hand"]["grip"]["role"] == ""
     assert "spilled" not in objects["cup"]  # hidden: nobody sees it
-    assert {"goal", "layout", "start", "mishap", "camera", "camera_shift", "robot"} <= set(given)
+    assert {"goal", "layout", "start", "fault", "camera", "camera_shift", "robot"} <= set(given)
 
 
 def test_what_a_chain_declares_is_given_too():

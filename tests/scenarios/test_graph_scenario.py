@@ -1,10 +1,12 @@
-"""What all scenarios with a goal share: worlds, recording, mishaps, and what they refuse."""
+"""What all scenarios with a goal share: worlds, recording, faults, and what they refuse."""
+
+import dataclasses
 
 import numpy as np
 import pytest
 
 import ichain_drake as ic
-from ichain_drake.scenarios.mishaps import FAULTS, Mishap, MishapConfig, draw_mishap
+from ichain_drake.scenarios.faults import FAULTS, Faults, GoalFaultConfig, draw_faults
 
 
 class Ball(ic.WorldObject):
@@ -30,8 +32,8 @@ class Rolling(ic.GraphScenario[float]):
         return rng.uniform(0.2, 0.4)
 
     def make_objects(self, start, make):
-        self.mishap_seen = make.mishap
-        return {"ball": make(Ball, "ball", lambda ball: ball.default_state() + start, dropouts=make.mishap.dropouts)}
+        self.faults_seen = make.faults
+        return {"ball": make(Ball, "ball", lambda ball: ball.default_state() + start, dropouts=make.faults.dropouts)}
 
     def script(self, rng):
         yield ic.ScriptedPiece("still", 0.3, self.rows)
@@ -47,7 +49,7 @@ def test_a_run_differs_from_the_next_and_repeats() -> None:
     scenario = Rolling(physics="ideal", seed=2)
     starts = [scenario.start(run) for run in (0, 1, 0)]
     assert starts[0] == starts[2] != starts[1]
-    worlds = [scenario.make_world(run)[0] for run in (0, 0, 1)]
+    worlds = [scenario.make_world(run) for run in (0, 0, 1)]
     balls = [w.system("ball") for w in worlds]
     assert [b.settings.seed for b in balls] == [2000, 2000, 2001]
     assert balls[0].settings.object_id == 1, "its place in the graph"
@@ -83,25 +85,25 @@ def test_commands_that_are_not_the_hand_s_are_refused(rows: np.ndarray, message:
         next(iter(scenario.record_demonstrations()))
 
 
-def test_mishaps_are_drawn_from_what_the_configuration_says() -> None:
-    config = MishapConfig(time=[1.0, 2.0], knock=0.1, dropout=0.5, stiffness=3.0)
-    drawn = {kind: draw_mishap(kind, config, np.random.default_rng(0)) for kind in FAULTS}
-    assert drawn["none"] == Mishap()
+def test_faults_are_drawn_from_what_the_configuration_says() -> None:
+    config = GoalFaultConfig(time=[1.0, 2.0], knock=0.1, dropout=0.5, stiffness=3.0)
+    drawn = {kind: draw_faults(dataclasses.replace(config, kind=kind), np.random.default_rng(0)) for kind in FAULTS}
+    assert drawn["none"] == Faults()
     (time,) = drawn["slip"].slips
     assert 1.0 <= time <= 2.0
     ((when, x, y),) = drawn["knock"].knocks
     assert when == time
     assert np.hypot(x, y) == pytest.approx(0.1)
     assert drawn["dropout"].dropouts == ((time, time + 0.5),)
-    assert drawn["stiff"] == Mishap(stiffness=3.0)
+    assert drawn["stiff"] == Faults(stiffness=3.0)
 
 
 def test_a_fault_meets_runs_but_no_demonstration() -> None:
     scenario = Faulty(["fault.kind=dropout"], physics="ideal")
-    world, _ = scenario.make_world(0)
+    world = scenario.make_world(0)
     assert len(world.system("ball").settings.dropouts) == 1
     next(iter(scenario.record_demonstrations()))
-    assert scenario.mishap_seen == Mishap()
+    assert scenario.faults_seen == Faults()
 
 
 def test_demonstrations_share_no_noise_with_any_run_of_an_evaluation() -> None:
@@ -111,9 +113,9 @@ def test_demonstrations_share_no_noise_with_any_run_of_an_evaluation() -> None:
     build = scenario.build_world
 
     def noted(start, run, *args, **kwargs):
-        world, prepare = build(start, run, *args, **kwargs)
+        world = build(start, run, *args, **kwargs)
         shown.append(world.system("ball").settings.seed)
-        return world, prepare
+        return world
 
     scenario.build_world = noted  # type: ignore[method-assign]
     list(scenario.record_demonstrations())

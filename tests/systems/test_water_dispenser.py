@@ -18,16 +18,15 @@ from ichain_drake.systems.water_dispenser.layout import LAYOUT, DispenserStart
 from ichain_drake.systems.water_dispenser.scenario import CUP, DISPENSE, HAND, POWER, TANK, WaterDispenser
 from ichain_drake.systems.water_dispenser.teleoperation import FORWARD, Teleoperation
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
-from ichain_drake.visualization import Episode as RecordedEpisode
-from ichain_drake.visualization import Recording, Scene, write_playback
+from ichain_drake.visualization import RecordedEpisode, Recording, Scene, write_playback
 from ichain_drake.world.world import World
 
 QUIET = ("noise.scale=0",)
 
 
 def play(scenario: WaterDispenser, start: DispenserStart, commands: np.ndarray, run: int = 0, **kw: bool) -> EpisodeLog:
-    world, prepare = scenario.build_world(start, run, **kw)
-    episode = Episode(world, Commands(commands), prepare)
+    world = scenario.build_world(start, run, **kw)
+    episode = Episode(world, Commands(commands))
     episode.run(len(commands))
     return episode.log()
 
@@ -62,7 +61,6 @@ def test_the_graph_has_the_seven_interactions_of_the_paper() -> None:
         "power->tank",
         "tank->cup",
     }
-    assert not graph.is_chain
     assert (CUP, TANK) in graph.components
 
 
@@ -82,8 +80,8 @@ def test_the_diagram_of_the_cycle_equals_a_plain_loop() -> None:
     scenario = WaterDispenser(QUIET, "ideal")
     start = dataclasses.replace(scenario.start(0), tank_amount=0.3, tank_temperature=0.8)
     commands = pour_and_place(start)
-    world, prepare = scenario.build_world(start, 0)
-    episode = Episode(world, Commands(commands), prepare)
+    world = scenario.build_world(start, 0)
+    episode = Episode(world, Commands(commands))
     states = {n: episode.value(n, "state") for n in world.graph.objects}
     modes: dict[str, dict[str, bool]] = {n: dict.fromkeys(o.parents, False) for n, o in world.objects.items()}
     for name, system in world.objects.items():  # the initialization event
@@ -228,7 +226,7 @@ def test_two_runs_are_equal_and_another_run_has_other_noise() -> None:
 
 @pytest.mark.parametrize("kind", ["slip", "knock", "stiff", "dropout"])
 def test_faults_happen_in_runs_and_never_in_demonstrations(kind: str) -> None:
-    scenario = WaterDispenser((f"fault.kind={kind}", "mishap.time=[5, 8]"), "ideal", seed=1)
+    scenario = WaterDispenser((f"fault.kind={kind}", "fault.time=[5, 8]"), "ideal", seed=1)
     start = scenario.start(0)
     hand = Teleoperation(start.hand)
     if kind == "stiff":
@@ -247,11 +245,10 @@ def test_faults_happen_in_runs_and_never_in_demonstrations(kind: str) -> None:
     elif kind == "slip":
         assert (faulty.active[CUP][-1, 0], sound.active[CUP][-1, 0]) == (0.0, 1.0)
     else:
-        world, prepare = scenario.make_world(0)
+        world = scenario.make_world(0)
         simulator = Simulator(world)
         context = simulator.get_mutable_context()
         world.GetInputPort("hand_command").FixValue(context, np.array(start.hand))
-        prepare(context)
         valid = []
         for frame in range(1, 300):
             simulator.AdvanceTo(frame * FRAME)
@@ -264,10 +261,10 @@ def test_bad_settings_are_refused() -> None:
         WaterDispenser(("camera_shift=[0, 1]",), "ideal")
     with pytest.raises(InputError, match="start.water is .* from 0 to 1, from and to"):
         WaterDispenser(("start.water=[0.5, 1.5]",), "ideal")
-    with pytest.raises(InputError, match="mishap.stiffness is 0"):
-        WaterDispenser(("mishap.stiffness=0",), "ideal")
+    with pytest.raises(InputError, match="fault.stiffness is 0"):
+        WaterDispenser(("fault.stiffness=0",), "ideal")
     with pytest.raises(InputError, match="there is no key 'spil'"):
-        WaterDispenser(("mishap.spil=0",), "ideal")
+        WaterDispenser(("fault.spil=0",), "ideal")
     with pytest.raises(InputError, match="fault.kind slip: in contact the plant alone moves things"):
         WaterDispenser(("fault.kind=slip",), "contact")
     with pytest.raises(InputError, match="has no fault 'fire'"):
@@ -297,7 +294,7 @@ def test_in_contact_a_press_moves_the_buttons_body_and_the_machine_stands_in_the
     assert log.states[POWER][-1, 0] == 0.0
     assert log.states[DISPENSE][:, 0].max() == 0.0
     assert log.states[TANK][-1, 1] > log.states[TANK][0, 1]
-    plant = scenario.build_world(start, 0)[0].robot.plant
+    plant = scenario.build_world(start, 0).robot.plant
     assert plant.num_constraints() == 1  # the finger's mimic alone
     machine = plant.GetModelInstanceByName("machine")
     boxes = plant.GetCollisionGeometriesForBody(plant.get_body(plant.GetBodyIndices(machine)[0]))
@@ -306,7 +303,7 @@ def test_in_contact_a_press_moves_the_buttons_body_and_the_machine_stands_in_the
 
 def test_the_layout_is_that_of_the_models() -> None:
     scenario = WaterDispenser((), "arm")
-    robot = scenario.build_world(scenario.start(0), 0)[0].robot
+    robot = scenario.build_world(scenario.start(0), 0).robot
     inspector = robot.scene_graph.model_inspector()
     machine = robot.plant.GetModelInstanceByName("machine")
     body = robot.plant.get_body(robot.plant.GetBodyIndices(machine)[0])

@@ -19,7 +19,15 @@ from pydrake.systems.framework import DiagramBuilder
 
 from ichain_drake.graph import Interaction
 from ichain_drake.state import StateSpace, Variable
-from ichain_drake.visualization import Episode, GameScreen, Readout, Recording, Strip, linear_rgb, write_playback
+from ichain_drake.visualization import (
+    GameScreen,
+    Readout,
+    RecordedEpisode,
+    Recording,
+    Strip,
+    linear_rgb,
+    write_playback,
+)
 
 TWO_LINKS = """
 <robot name="two_link">
@@ -73,14 +81,14 @@ class LampDrawing:
         scene.visible("light", state[1] > 0.5, time)
 
 
-def episode(name: str, samples: int, phase: float, start: float = 0.0) -> Episode:
+def episode(name: str, samples: int, phase: float, start: float = 0.0) -> RecordedEpisode:
     t = np.arange(samples) / 30
     level = 0.5 + 0.4 * np.sin(1.3 * t + phase)
     lamp = np.column_stack([level, (np.floor(t / 1.5) % 2).astype(float)])
     heading = 0.5 * t + phase
     xy = np.column_stack([400 + 120 * np.sin(heading), 300 - 120 * np.cos(heading)])
     car = np.column_stack([xy, (heading + np.pi) % (2 * np.pi) - np.pi])
-    return Episode(
+    return RecordedEpisode(
         name,
         start + t,
         {"lamp": lamp, "car": car},

@@ -6,7 +6,7 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams, Sphere
 from teaching_person import until
 
-from ichain_drake.visualization.controls import Axis, Button, Controls
+from ichain_drake.visualization.controls import Axis, Controls, PageButton
 from ichain_drake.visualization.live_page import LivePage
 
 FIREFOX = """
@@ -34,7 +34,7 @@ def meshcat():
 
 @pytest.fixture(scope="module")
 def controls(meshcat):
-    return Controls(meshcat, [Axis("steer", ("KeyA", "KeyD"), ("left", "right"), 0)], [Button("go", "KeyG", "", 6)])
+    return Controls(meshcat, [Axis("steer", ("KeyA", "KeyD"), ("left", "right"), 0)], [PageButton("go", "KeyG", "", 6)])
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from patience import PATIENCE
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from ichain_drake.errors import IchainError
-from ichain_drake.visualization.controls import Axis, Button, Controls, key_name
+from ichain_drake.visualization.controls import Axis, Controls, PageButton, key_name
 from ichain_drake.visualization.live_page import LivePage, _page
 
 
@@ -63,7 +63,7 @@ def test_another_form_of_meshcats_page_is_refused():
 
 def test_controls_read_sliders_and_say_their_keys(meshcat):
     axis = Axis("steering", ("ArrowLeft", "ArrowRight"), ("left", "right"), 0)
-    controls = Controls(meshcat, [axis], [Button("go", "KeyG", "drive on", 2)])
+    controls = Controls(meshcat, [axis], [PageButton("go", "KeyG", "drive on", 2)])
     assert controls.read() == pytest.approx([0.0])
     meshcat.SetSliderValue("steering", -0.5)
     assert controls.read() == pytest.approx([-0.5])

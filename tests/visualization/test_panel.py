@@ -10,7 +10,7 @@ import pytest
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
-from ichain_drake.visualization import Episode, Recording, Strip, load_recording, save_recording, write_playback
+from ichain_drake.visualization import RecordedEpisode, Recording, Strip, load_recording, save_recording, write_playback
 from ichain_drake.visualization.graph_layout import layout_graph
 
 
@@ -124,7 +124,7 @@ def test_five_minutes_of_the_full_scene_are_at_most_8_mb(tmp_path):
     states["tank"][:, :2] = np.column_stack([0.5 + 0.4 * np.sin(0.1 * t), 0.5 + 0.4 * np.cos(0.07 * t)])
     strips = {f"strip {k}": Strip(0.5 + 0.4 * np.sin(0.3 * t + k)) for k in range(6)}
     flags = {e.name: np.floor(t / (3 + k)) % 2 == 1 for k, e in enumerate(scenario.graph.interactions)}
-    episode = Episode("long", t, states, q, {}, {}, flags, strips)
+    episode = RecordedEpisode("long", t, states, q, {}, {}, flags, strips)
     recording = Recording("long", "contact", 0, scenario.graph.objects, (episode,), scenario.graph.interactions)
     write_playback(recording, scenario.drawings(), tmp_path / "long.html", plant=plant)
     assert (tmp_path / "long.html").stat().st_size < 8e6

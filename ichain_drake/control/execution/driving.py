@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ichain_drake.control.execution.carrying import Carry
+from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -25,7 +25,7 @@ class Approach(Task):
     """Bring what is carried to where it drives a variable; cut short where that is done on the way."""
 
     carry: Task | None = None
-    drive: Drive | None = None
+    drive: DriveTask | None = None
 
     mode = Mode.CARRY
 
@@ -39,7 +39,7 @@ class Approach(Task):
 
 
 @dataclass(eq=False)
-class Drive(Task):
+class DriveTask(Task):
     """Hold the robot, and what it carries, while a chain of interactions drives a variable, until that is done."""
 
     step: PlanStep | None = None
@@ -48,7 +48,7 @@ class Drive(Task):
     inactive: list[tuple[bool, ...]] = field(default_factory=list)
     arrived: bool = False
     pushed: bool = False
-    carrying: Carry | None = None
+    carrying: CarryTask | None = None
     course: Course = field(default_factory=Course)
     begun: FloatArray | None = None
     finished: bool = False
@@ -153,11 +153,11 @@ class Drive(Task):
         if ahead[best] < _ALIKE:
             return False
         target = dict(zip(index, (float(x) for x in poses[best]), strict=True))
-        self.carrying, self.pushed = Carry(edge, target=target), True
+        self.carrying, self.pushed = CarryTask(edge, target=target), True
         self.history, self.inactive = [], []
         return True
 
-    def _moves(self, model: GraphModel, i: int, direction: int) -> bool:
+    def _moves(self, model: InteractionModel, i: int, direction: int) -> bool:
         assert self.step is not None
         noise = model.noise[self.step.chain[-1].child][i]
         values = np.array(self.history)[:, i]
@@ -180,7 +180,7 @@ class Drive(Task):
         missing = self._missing(model, start, now)
         return all(self._stalled(seen[:, k], float(noise[k]), sign, change) for k, sign, change in missing)
 
-    def _missing(self, model: GraphModel, start: FloatArray, now: FloatArray) -> list[tuple[int, float, float]]:
+    def _missing(self, model: InteractionModel, start: FloatArray, now: FloatArray) -> list[tuple[int, float, float]]:
         """Variables that are not yet where the drive should bring them: index, direction, and the whole way."""
         assert self.step is not None
         assert self.step.until is not None

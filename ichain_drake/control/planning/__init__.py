@@ -1,1 +1,1 @@
-"""Planning over a learned interaction graph: goals, macro-actions, skills, search (paper sec. V, VI)."""
+"""Planning over a learned interaction graph: goals, options, skills, search (paper sec. V, VI)."""

@@ -28,7 +28,7 @@ def format_plan(plan: Plan | NoPlan, graph: InteractionGraph, start: States | No
         return "nothing to do: the goal is met"
     lines = [
         f"{count(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s); {plan.expansions} states expanded, "
-        f"{plan.rollouts} macro-actions simulated"
+        f"{plan.rollouts} options simulated"
     ]
     passed, known = 0, start
     for number, step in enumerate(plan.steps, 1):

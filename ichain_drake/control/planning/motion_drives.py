@@ -6,18 +6,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ichain_drake.control.planning.macros import LEAST_CHANGE, NOISES, Carry, Drive, chains
-from ichain_drake.control.planning.model import Batch, GraphModel, is_change, keeps, row, span, take
+from ichain_drake.control.planning.model import Batch, is_change, keeps, row, span, take
 from ichain_drake.control.planning.motion_links import Links, best_motion, link, run_on, thinned
+from ichain_drake.control.planning.options import LEAST_CHANGE, NOISES, CarryOption, DriveOption, chains
 from ichain_drake.control.planning.travel import jumping, parked_state
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 
 _TICKS = 60  # of a motion, to see how fast it drives: several strokes, with a new grasp between them
 _PROBES = 40  # demonstrated states in which a push of the robot is tried
 _PUSH = 0.5  # of its largest step
 
 
-def find_motion_drives(model: GraphModel, carries: Sequence[Carry], drives: Sequence[Drive]) -> tuple[Drive, ...]:
+def find_motion_drives(
+    model: InteractionModel, carries: Sequence[CarryOption], drives: Sequence[DriveOption]
+) -> tuple[DriveOption, ...]:
     """Drives by motion, of variables that no drive changes with the robot held still.
 
     A chain that goes on where a shorter one is driven needs none: what follows from the driven variable follows. What
@@ -30,7 +33,7 @@ def find_motion_drives(model: GraphModel, carries: Sequence[Carry], drives: Sequ
     """
     still = {(d.chain[0], d.chain[-1].child, d.variable) for d in drives}
     follow = {(c.edge.child, int(i)) for c in carries for i in c.follow}
-    found: list[Drive] = []
+    found: list[DriveOption] = []
     nodes: dict[Interaction, Batch] = {}
     for chain in chains(model):
         target = chain[-1].child
@@ -55,7 +58,7 @@ def find_motion_drives(model: GraphModel, carries: Sequence[Carry], drives: Sequ
     return tuple(found)
 
 
-def _linked(model: GraphModel, edge: Interaction, nodes: Batch, context: Batch) -> Links:
+def _linked(model: InteractionModel, edge: Interaction, nodes: Batch, context: Batch) -> Links:
     """Links between demonstrated states, all other objects as in one of them."""
     n = len(nodes[edge.child])
     states = {k: np.repeat(v[None], n, axis=0) for k, v in context.items()}
@@ -64,8 +67,8 @@ def _linked(model: GraphModel, edge: Interaction, nodes: Batch, context: Batch) 
 
 
 def _drive(
-    model: GraphModel, chain: tuple[Interaction, ...], links: Links, context: Batch, variable: int, direction: int
-) -> list[Drive]:
+    model: InteractionModel, chain: tuple[Interaction, ...], links: Links, context: Batch, variable: int, direction: int
+) -> list[DriveOption]:
     target = chain[-1].child
     motion, gains = best_motion(model, links, target, variable, direction)
     total = run_on(motion, gains, _TICKS)
@@ -75,10 +78,10 @@ def _drive(
     hold = {n: v.copy() for n, v in context.items()}
     best = int(np.argmax(total))
     hold |= {chain[0].parent: motion.robot[best].copy(), chain[0].child: motion.child[best].copy()}
-    return [Drive(chain, variable, direction, float(total.max()) / _TICKS, None, hold, hold, motion)]
+    return [DriveOption(chain, variable, direction, float(total.max()) / _TICKS, None, hold, hold, motion)]
 
 
-def _context(model: GraphModel, chain: tuple[Interaction, ...], usable: np.ndarray) -> Batch | None:
+def _context(model: InteractionModel, chain: tuple[Interaction, ...], usable: np.ndarray) -> Batch | None:
     """A demonstrated state with a chain active in which pushes of the robot change a variable; None if there is none.
 
     Of all of them that in which the variable is nearest to the middle of its range, so that it can go either way.

@@ -45,7 +45,7 @@ class Goal:
 
 @dataclass(frozen=True)
 class PlanStep:
-    """One macro-action: activate a chain of interactions, drive its last object, deactivate.
+    """One option: activate a chain of interactions, drive its last object, deactivate.
 
     Attributes:
         chain: interactions from the robot on that are active during the drive; the first is activated by a skill, the

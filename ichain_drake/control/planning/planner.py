@@ -11,12 +11,13 @@ import numpy as np
 
 from ichain_drake.control.planning.contradictions import Contradiction, Record
 from ichain_drake.control.planning.goals import gap, impossible, value_of
-from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.search import Search, SearchSettings
-from ichain_drake.control.planning.search_node import Node
+from ichain_drake.control.planning.search_node import SearchNode
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 __all__ = ["GraphPlanner", "SearchSettings"]
@@ -39,10 +40,10 @@ class GraphPlanner:
         settings: how far to search.
     """
 
-    def __init__(self, model: GraphModel, settings: SearchSettings | None = None) -> None:
+    def __init__(self, model: InteractionModel, settings: SearchSettings | None = None) -> None:
         self.model = model
         self.settings = settings or SearchSettings()
-        self.macros = find_repertoire(model)
+        self.options = find_repertoire(model)
         self._observed = model
         self._cautious: dict[tuple[Interaction, ...], GraphPlanner] = {}
 
@@ -89,9 +90,9 @@ class GraphPlanner:
             self._cautious[shown] = careful
         return self._cautious[shown]
 
-    def _in_stages(self, start: Mapping[str, FloatArray], goal: Goal, effort: _Effort) -> Node | NoPlan:
+    def _in_stages(self, start: Mapping[str, FloatArray], goal: Goal, effort: _Effort) -> SearchNode | NoPlan:
         """One object's conditions after the other, nearest first, without spoiling what holds; else all at once."""
-        first = Node({n: v.copy() for n, v in start.items()}, (), 0, ())
+        first = SearchNode({n: v.copy() for n, v in start.items()}, (), 0, ())
         node, waiting = first, self._open_objects(start, goal)
         several = len(waiting) > 1
         while waiting:
@@ -99,8 +100,8 @@ class GraphPlanner:
             for obj in waiting:
                 stage = _stage(goal, obj, node.states, self.model)
                 found = self._search(node.states, stage, self._relevant(obj), effort)
-                if isinstance(found, Node):
-                    node = Node(found.states, (*node.steps, *found.steps), node.ticks + found.ticks, found.unmet)
+                if isinstance(found, SearchNode):
+                    node = SearchNode(found.states, (*node.steps, *found.steps), node.ticks + found.ticks, found.unmet)
                     failed = None
                     break
                 if found.condition.object == obj and node is first and not _touches(found):
@@ -115,13 +116,13 @@ class GraphPlanner:
 
     def _search(
         self, start: Mapping[str, FloatArray], goal: Goal, objects: frozenset[str] | None, effort: _Effort
-    ) -> Node | NoPlan:
+    ) -> SearchNode | NoPlan:
         active, root = self._observed.active(start), self.model.graph.root
         touching = tuple(e for e in self.model.graph.interactions if e.parent == root and bool(active[e]))
         if objects is not None:  # what is held has to be put down first, whatever it is
-            objects |= {c.edge.child for c in self.macros.carries if c.edge in touching}
-        macros = self.macros.about(self.model.graph.objects if objects is None else objects, goal)
-        search = Search(self.model, self.settings, macros, start, goal, objects, touching, effort.record)
+            objects |= {c.edge.child for c in self.options.carries if c.edge in touching}
+        options = self.options.about(self.model.graph.objects if objects is None else objects, goal)
+        search = Search(self.model, self.settings, options, start, goal, objects, touching, effort.record)
         found = search.run()
         effort.expansions += search.expansions
         effort.rollouts += search.rollouts
@@ -147,7 +148,7 @@ def _touches(failure: NoPlan) -> bool:
     return float(gap(failure.condition, failure.closest)) == 0
 
 
-def _stage(goal: Goal, obj: str, states: States, model: GraphModel) -> Goal:
+def _stage(goal: Goal, obj: str, states: States, model: InteractionModel) -> Goal:
     """The conditions on one object, and those on others that hold already."""
     mine = [c for c in goal.conditions if c.object == obj or gap(c, value_of(c, states, model.graph)) == 0]
     return replace(goal, conditions=tuple(mine))

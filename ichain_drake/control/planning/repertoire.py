@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 from ichain_drake.control.planning.borders import Border, find_borders
 from ichain_drake.control.planning.enabling import Enabling, find_enabling
-from ichain_drake.control.planning.macros import Carry, Drive, find_carries, find_drives
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.motion_drives import find_motion_drives
+from ichain_drake.control.planning.options import CarryOption, DriveOption, find_carries, find_drives
 from ichain_drake.control.planning.plan import Goal
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,8 @@ class Repertoire:
         names: of each object's variables.
     """
 
-    carries: tuple[Carry, ...]
-    drives: tuple[Drive, ...]
+    carries: tuple[CarryOption, ...]
+    drives: tuple[DriveOption, ...]
     borders: tuple[Border, ...]
     enabling: Mapping[Interaction, tuple[Enabling, ...]]
     names: Mapping[str, tuple[str, ...]]
@@ -47,17 +47,17 @@ class Repertoire:
             borders=tuple(b for b in self.borders if b.object in objects),
         )
 
-    def _serves(self, drive: Drive, wanted: Collection[tuple[str, str]]) -> bool:
+    def _serves(self, drive: DriveOption, wanted: Collection[tuple[str, str]]) -> bool:
         name = self.names[drive.chain[-1].child][drive.variable]
         return drive.motion is None or len(drive.chain) > 1 or (drive.chain[-1].child, name) in wanted
 
-    def movable(self, wanted: Collection[str]) -> tuple[Carry, ...]:
+    def movable(self, wanted: Collection[str]) -> tuple[CarryOption, ...]:
         """What may be carried: not what drives something else by its motion, unless its own place is wanted."""
         moving = {d.chain[0] for d in self.drives if d.motion is not None and len(d.chain) > 1}
         return tuple(c for c in self.carries if c.edge not in moving or c.edge.child in wanted)
 
 
-def find_repertoire(model: GraphModel) -> Repertoire:
+def find_repertoire(model: InteractionModel) -> Repertoire:
     """All that can be done, from the learned models and demonstrated samples alone."""
     carries = find_carries(model)
     still = find_drives(model, carries)

@@ -1,4 +1,4 @@
-"""One search over macro-actions: breadth first, whole layers simulated at once.
+"""One search over options: breadth first, whole layers simulated at once.
 
 A tick of the learned models costs nearly the same for one state as for hundreds. So many states are expanded at a time,
 those first that are new and meet much of the goal, and the plan found is one of few steps.
@@ -17,15 +17,16 @@ from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
 from ichain_drake.control.planning.holding import can_hold
-from ichain_drake.control.planning.macros import Carry, Drive
-from ichain_drake.control.planning.model import Batch, GraphModel, row, stack, take
+from ichain_drake.control.planning.model import Batch, row, stack, take
+from ichain_drake.control.planning.options import CarryOption, DriveOption
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
 from ichain_drake.control.planning.repertoire import Repertoire
-from ichain_drake.control.planning.search_node import Node, cheaper, mark_of
+from ichain_drake.control.planning.search_node import SearchNode, cheaper, mark_of
 from ichain_drake.control.planning.simulate import Outcome, settle, simulate
 from ichain_drake.control.planning.travel import parked_state
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _NOISES = 3.0  # that a goal is to be met by, where it can be
@@ -56,7 +57,7 @@ class Search:
     Args:
         model: the learned graph.
         settings: how far to search.
-        macros: what can be done.
+        options: what can be done.
         start: states, shape (n_variables,) each.
         goal: what is wanted.
         objects: those whose states tell states of the search apart; None for all.
@@ -66,9 +67,9 @@ class Search:
 
     def __init__(
         self,
-        model: GraphModel,
+        model: InteractionModel,
         settings: SearchSettings,
-        macros: Repertoire,
+        options: Repertoire,
         start: Mapping[str, FloatArray],
         goal: Goal,
         objects: Collection[str] | None,
@@ -76,7 +77,7 @@ class Search:
         record: Record | None = None,
     ) -> None:
         self.model, self.settings = model, settings
-        self.macros = macros
+        self.options = options
         self.goal = goal
         self.surer = tuple(inside(c, self.model, _NOISES, _MARGIN) for c in goal.conditions)
         self.novelty = Novelty(model, objects)
@@ -90,21 +91,21 @@ class Search:
         self.record = record or Record(model)
         self.parked = parked_state(model, self.start) if touching else self.start[model.graph.root]
 
-    def run(self) -> Node | NoPlan:
+    def run(self) -> SearchNode | NoPlan:
         """The node that a plan of few steps ends at, or why there is none."""
-        held = next((e for e in self.touching if any(c.edge == e for c in self.macros.carries)), None)
-        first = Node(self.start, (), 0, unmet_conditions(self.goal.conditions, self.start, self.model), held)
+        held = next((e for e in self.touching if any(c.edge == e for c in self.options.carries)), None)
+        first = SearchNode(self.start, (), 0, unmet_conditions(self.goal.conditions, self.start, self.model), held)
         self.nearest.note(first.states, first.unmet, None)
         if not first.unmet and not self._forbidden([first])[0]:
             return first
-        layer, reserve = [first], list[Node]()
+        layer, reserve = [first], list[SearchNode]()
         self.closed.add(self._key(first))
         if held is None and self.touching:  # a button under the hand: letting go is a step of its own
             edge = self.touching[0]
             states, _ = settle(self.model, stack([self.start]), self.parked)
             free = {n: v[0] for n, v in states.items()}
             step = PlanStep((edge,), predicted=free, ticks=_SWITCH_TICKS // 2)
-            layer = [Node(free, (step,), step.ticks, unmet_conditions(self.surer, free, self.model))]
+            layer = [SearchNode(free, (step,), step.ticks, unmet_conditions(self.surer, free, self.model))]
             if not layer[0].unmet and not self._forbidden(layer)[0]:
                 return layer[0]
         while layer and self.expansions < self.settings.expansions:
@@ -123,10 +124,10 @@ class Search:
             layer, reserve = kept[: self.settings.width], kept[self.settings.width :]
         return self.nearest.failure(self.expansions, exhausted=not layer and not self.dropped)
 
-    def _key(self, node: Node) -> tuple[object, ...]:
+    def _key(self, node: SearchNode) -> tuple[object, ...]:
         return (*self.novelty.key(node.states), node.unmet, node.held)
 
-    def _forbidden(self, nodes: Sequence[Node]) -> list[bool]:
+    def _forbidden(self, nodes: Sequence[SearchNode]) -> list[bool]:
         """Whether an interaction is active that must not be, or not active that must be."""
         goal = self.goal
         if not (goal.inactive or goal.active) or not nodes:
@@ -136,10 +137,10 @@ class Search:
         off = [self.model.decide(e, batch) < 0 for e in goal.active]
         return [bool(x) for x in np.any([*on, *off], axis=0)]
 
-    def _expand(self, layer: Sequence[Node]) -> list[Node]:
+    def _expand(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         self.expansions += len(layer)
         out = self._carried(layer) + self._driven(layer)
-        kept: dict[tuple[object, ...], Node] = {}
+        kept: dict[tuple[object, ...], SearchNode] = {}
         for node in out:
             key = self._key(node)
             if key in self.closed:
@@ -150,14 +151,14 @@ class Search:
         ordered = sorted((replace(n, mark=mark_of(n)) for n in kept.values()), key=lambda n: (n.ticks, n.mark))
         return [replace(n, rank=self.novelty.rank(n.states, (*n.unmet, -1, *n.open))) for n in ordered]
 
-    def _carried(self, layer: Sequence[Node]) -> list[Node]:
-        moves: list[tuple[Node, Carry, FloatArray]] = []
-        for carry in self.macros.movable({c.object for c in self.goal.conditions}):
+    def _carried(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
+        moves: list[tuple[SearchNode, CarryOption, FloatArray]] = []
+        for carry in self.options.movable({c.object for c in self.goal.conditions}):
             nodes = [n for n in layer if n.held in (None, carry.edge)]
             free = can_hold(self.model, carry.edge, [n.states for n in nodes])
             nodes = [n for n, ok in zip(nodes, free, strict=True) if ok or n.held is not None]
             targets = carry_targets(
-                self.model, carry, [n.states for n in nodes], self.start, self.surer, self.macros.enabling[carry.edge]
+                self.model, carry, [n.states for n in nodes], self.start, self.surer, self.options.enabling[carry.edge]
             )
             moves += [(n, carry, t) for n, places in zip(nodes, targets, strict=True) for t in places]
         if not moves:
@@ -166,7 +167,7 @@ class Search:
         for k, (_, carry, place) in enumerate(moves):
             batch[carry.edge.child][k, carry.follow] = place
         held = np.ones(len(moves), dtype=bool)  # there too, before it is let go
-        for carry in self.macros.carries:
+        for carry in self.options.carries:
             mine = [k for k, (_, c, _) in enumerate(moves) if c is carry]
             held[mine] = can_hold(self.model, carry.edge, [row(batch, k) for k in mine])
         moves, batch = [m for m, ok in zip(moves, held, strict=True) if ok], take(batch, np.flatnonzero(held))
@@ -183,9 +184,9 @@ class Search:
             out += self._child(node, step, states)
         return out
 
-    def _driven(self, layer: Sequence[Node]) -> list[Node]:
-        rows = [(n, d) for n in layer if n.held is None for d in self.macros.drives]
-        results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.macros.borders)
+    def _driven(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
+        rows = [(n, d) for n in layer if n.held is None for d in self.options.drives]
+        results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.options.borders)
         self.rollouts += len(rows)
         out = []
         for (node, drive), outcomes in zip(rows, results, strict=True):
@@ -196,7 +197,7 @@ class Search:
                     out += self._child(node, self._step(node, drive, outcome), outcome.states)
         return out
 
-    def _step(self, node: Node, drive: Drive, outcome: Outcome) -> PlanStep:
+    def _step(self, node: SearchNode, drive: DriveOption, outcome: Outcome) -> PlanStep:
         target = drive.chain[-1].child
         name = self.model.graph.objects[target].observable.names[drive.variable]
         until = (target, name, drive.direction, outcome.end)
@@ -216,7 +217,9 @@ class Search:
         hold = drive.hold[self.model.graph.root]
         return PlanStep(drive.chain, wanted, until, hold, before, after, predicted=outcome.states, ticks=ticks)
 
-    def _moving(self, node: Node, drive: Drive, outcome: Outcome, until: tuple[str, str, int, float]) -> PlanStep:
+    def _moving(
+        self, node: SearchNode, drive: DriveOption, outcome: Outcome, until: tuple[str, str, int, float]
+    ) -> PlanStep:
         """A step by motion; where it ends at a condition, what that is about is watched, however far down the chain."""
         graph, chain = self.model.graph, drive.chain
         if outcome.met is not None:
@@ -231,7 +234,7 @@ class Search:
         wanted = {until[:2]: until[3]}
         return PlanStep(chain, wanted, until, predicted=outcome.states, ticks=ticks, motion=drive.motion)
 
-    def _child(self, node: Node, step: PlanStep, states: Batch) -> list[Node]:
+    def _child(self, node: SearchNode, step: PlanStep, states: Batch) -> list[SearchNode]:
         """The node that a step leads to, if it is not known to fail."""
         failures = self.record.failures(step, node.states)
         if failures > MOST_VARIANTS:
@@ -240,15 +243,15 @@ class Search:
             step = replace(step, variant=failures, ticks=expected_ticks(step.ticks, failures))
         unmet = unmet_conditions(self.surer, states, self.model)
         steps, ticks = (*node.steps, step), node.ticks + step.ticks
-        child = Node(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet))
+        child = SearchNode(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet))
         self.nearest.note(child.states, child.unmet, step.chain[-1])
         return [child]
 
-    def _pose(self, carry: Carry, values: FloatArray) -> dict[tuple[str, str], float]:
+    def _pose(self, carry: CarryOption, values: FloatArray) -> dict[tuple[str, str], float]:
         obj = carry.edge.child
         names = self.model.graph.objects[obj].observable.names
         return {(obj, names[i]): float(x) for i, x in zip(carry.follow, values, strict=True)}
 
-    def _way(self, carry: Carry, start: FloatArray, end: FloatArray) -> int:
+    def _way(self, carry: CarryOption, start: FloatArray, end: FloatArray) -> int:
         limit = np.maximum(self.model.step_limit[carry.edge.child][carry.follow], 1e-9)
         return int(np.ceil(np.max(np.abs(end - start) / limit)))

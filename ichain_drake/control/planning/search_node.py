@@ -13,7 +13,7 @@ _DIGITS = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class SearchNode:
     """A predicted state and the steps to it.
 
     Attributes:
@@ -37,7 +37,7 @@ class Node:
     mark: tuple[float, ...] = ()
 
 
-def mark_of(node: Node) -> tuple[float, ...]:
+def mark_of(node: SearchNode) -> tuple[float, ...]:
     """Numbers of a node's steps that depend on no name and no order of objects or variables: they break ties."""
     out: list[float] = []
     for step in node.steps:
@@ -46,7 +46,7 @@ def mark_of(node: Node) -> tuple[float, ...]:
     return tuple(out)
 
 
-def cheaper(one: Node, other: Node) -> bool:
+def cheaper(one: SearchNode, other: SearchNode) -> bool:
     """Whether a way to the same state is shorter; of nearly equal ones, that which watches more interactions."""
     mine, theirs = len(one.steps[-1].chain), len(other.steps[-1].chain)
     if len(one.steps) == len(other.steps) and mine != theirs:

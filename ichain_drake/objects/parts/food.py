@@ -178,7 +178,7 @@ class Food(WorldObject):
         return s.T
 
     def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
-        """Held food is where the hand has it; what is let go falls on what is below; mishaps happen."""
+        """Held food is where the hand has it; what is let go falls on what is below; faults happen."""
         held, was = np.asarray(active[self._hand]) > _CUT, state[..., self._holding] > _CUT
         if self.settings.body_size:
             return state  # the plant moves it

@@ -157,7 +157,7 @@ class Cup(WorldObject):
         return np.minimum(np.maximum(1.0 - over, 0.0), 1.0) * CAPACITY
 
     def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
-        """A held cup is where the hand has it, a released one on what is below; mishaps happen."""
+        """A held cup is where the hand has it, a released one on what is below; faults happen."""
         new = np.array(state, dtype=float)
         self._exchange.show(new, active)
         if self.settings.body_size:

@@ -35,7 +35,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class CupFaults:
-    """Mishaps that an evaluation asks for.
+    """Faults that an evaluation asks for.
 
     Attributes:
         slips: times [s]; a grasp is lost at each, or as soon after as the cup is held in the air. The hand must open

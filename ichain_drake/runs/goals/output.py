@@ -18,7 +18,7 @@ from ichain_drake.runs.goals.run import GraphRun
 from ichain_drake.simulation.episode import EpisodeLog
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
-from ichain_drake.visualization import Episode, Lane, Readout, Recording, Strip, plot_timeline, write_playback
+from ichain_drake.visualization import Lane, Readout, RecordedEpisode, Recording, Strip, plot_timeline, write_playback
 from ichain_drake.visualization.timeline import Style
 
 BoolArray = NDArray[np.bool_]
@@ -52,11 +52,13 @@ def make_graph_recording(run: GraphRun) -> Recording:
     return Recording(scenario.name, scenario.physics, scenario.seed, dict(graph.objects), episodes, graph.interactions)
 
 
-def _episode(run: GraphRun, log: EpisodeLog) -> Episode:
+def _episode(run: GraphRun, log: EpisodeLog) -> RecordedEpisode:
     graph = run.scenario.graph
     readouts = _goal_readouts(run, log) | _doing_readouts(run) | _contents(log, graph)
     flags = flags_of(log, graph)
-    return Episode("to the goal", log.times, log.states, log.plant_positions, readouts, {}, flags, _strips(run, log))
+    return RecordedEpisode(
+        "to the goal", log.times, log.states, log.plant_positions, readouts, {}, flags, _strips(run, log)
+    )
 
 
 def _doing_readouts(run: GraphRun) -> dict[str, Readout]:

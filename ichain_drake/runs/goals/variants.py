@@ -34,7 +34,7 @@ _ORDER = 4  # purpose of random numbers
 
 
 @dataclass(frozen=True)
-class Variant:
+class GoalVariant:
     """What the trials of a table's line share.
 
     Attributes:
@@ -51,7 +51,7 @@ class Variant:
     learning: str | int = ALL_PIECES
 
 
-def choose_variants(methods: Sequence[str], scenario: GoalScenario, pieces: int) -> list[Variant]:
+def choose_variants(methods: Sequence[str], scenario: GoalScenario, pieces: int) -> list[GoalVariant]:
     """The lines of the table.
 
     Args:
@@ -65,11 +65,11 @@ def choose_variants(methods: Sequence[str], scenario: GoalScenario, pieces: int)
     noise = f"noise.scale={NOISE * scenario.config.noise.scale:g}"
     faults = getattr(scenario, "faults", ("none",))
     cases = {c: s for c, s in CASES.items() if c in faults} | {"noise": (noise,)}
-    known = [Variant(m, c, s, m == MONITORS) for m in (MONITORS, NO_MONITORS) for c, s in cases.items()]
-    known.append(Variant(NO_ROLES, "none", learning=NO_ROLES))
+    known = [GoalVariant(m, c, s, m == MONITORS) for m in (MONITORS, NO_MONITORS) for c, s in cases.items()]
+    known.append(GoalVariant(NO_ROLES, "none", learning=NO_ROLES))
     numbers = [n for n in PIECES if n < pieces] + [pieces]
-    known += [Variant(NUMBER, f"{n} pieces", learning=ALL_PIECES if n == pieces else n) for n in numbers]
-    chosen: list[Variant] = []
+    known += [GoalVariant(NUMBER, f"{n} pieces", learning=ALL_PIECES if n == pieces else n) for n in numbers]
+    chosen: list[GoalVariant] = []
     for text in methods or METHODS:
         method, slash, case = text.partition("/")
         if method not in METHODS:
@@ -83,8 +83,8 @@ def choose_variants(methods: Sequence[str], scenario: GoalScenario, pieces: int)
 
 
 def possible_variants(
-    variants: Sequence[Variant], scenario: GoalScenario, overrides: tuple[str, ...], skipped: dict[str, str]
-) -> list[Variant]:
+    variants: Sequence[GoalVariant], scenario: GoalScenario, overrides: tuple[str, ...], skipped: dict[str, str]
+) -> list[GoalVariant]:
     """Without the cases that the scenario refuses in this physics.
 
     Args:

@@ -24,8 +24,8 @@ from ichain_drake.runs.paths.link_accuracy import (
     measure_first_link,
 )
 from ichain_drake.runs.paths.result import PathResult
-from ichain_drake.runs.paths.run import check_settings
 from ichain_drake.runs.paths.summary import ORACLE, summarise
+from ichain_drake.runs.pieces import check_settings
 from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_jobs
 from ichain_drake.scenarios.base import PathScenario
@@ -37,7 +37,7 @@ CURVE = (50, 100, 200, 500, 1000)
 
 
 @dataclass(frozen=True)
-class Variant:
+class PathVariant:
     """One row of the evaluation's table.
 
     Attributes:
@@ -62,13 +62,15 @@ class Variant:
         return f"{self.method}@{self.samples}"
 
 
-VARIANTS: tuple[Variant, ...] = (
-    *(Variant("paper", "inverse", n, description="direct polynomial inverse at each level") for n in CURVE),
-    *(Variant("default", "predictive", n, description="learned forward model, predictive control") for n in CURVE),
-    Variant("parent_t", "inverse", action="current", description="paper's method, parent's state at t as action"),
-    Variant("parent_t_default", "predictive", action="current", description="default, parent's state at t as action"),
-    Variant("monolithic", "predictive", 2 * FULL, monolithic=True, description="robot -> target, default method"),
-    Variant("monolithic_paper", "inverse", 2 * FULL, monolithic=True, description="robot -> target, paper's method"),
+VARIANTS: tuple[PathVariant, ...] = (
+    *(PathVariant("paper", "inverse", n, description="direct polynomial inverse at each level") for n in CURVE),
+    *(PathVariant("default", "predictive", n, description="learned forward model, predictive control") for n in CURVE),
+    PathVariant("parent_t", "inverse", action="current", description="paper's method; parent's state at t"),
+    PathVariant("parent_t_default", "predictive", action="current", description="default; parent's state at t"),
+    PathVariant("monolithic", "predictive", 2 * FULL, monolithic=True, description="robot -> target, default method"),
+    PathVariant(
+        "monolithic_paper", "inverse", 2 * FULL, monolithic=True, description="robot -> target; paper's method"
+    ),
 )
 FIRST_LINK = "first_link"
 """Not a way to follow paths: how well the chain's first link reaches wanted states of its child."""
@@ -175,7 +177,7 @@ class PathSeed:
         return (f"seed {self.seed}",)
 
     @property
-    def variants(self) -> list[Variant]:
+    def variants(self) -> list[PathVariant]:
         """The methods that learn and follow."""
         return [v for v in VARIANTS if v.method in self.methods or v.label in self.methods]
 
@@ -248,7 +250,7 @@ def shorten(piece: Demonstration, samples: int) -> Demonstration:
 
 
 def _evaluate_variant(
-    scenario: PathScenario, variant: Variant, pieces: Sequence[Demonstration]
+    scenario: PathScenario, variant: PathVariant, pieces: Sequence[Demonstration]
 ) -> list[dict[str, Any]]:
     paths = choose_paths(scenario)
     try:
@@ -262,7 +264,7 @@ def _evaluate_variant(
 
 
 def learn_variant(
-    scenario: PathScenario, variant: Variant, pieces: Sequence[Demonstration]
+    scenario: PathScenario, variant: PathVariant, pieces: Sequence[Demonstration]
 ) -> tuple[LearnedChain, ChainController]:
     """Learn and build the controller of one variant.
 

@@ -14,7 +14,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.files import is_folder, reason_of, write_whole
 from ichain_drake.runs.paths.result import PathResult, PathRun
 from ichain_drake.state import FloatArray
-from ichain_drake.visualization import Episode, Readout, Recording, Strip, plot_paths, write_playback
+from ichain_drake.visualization import Readout, RecordedEpisode, Recording, Strip, plot_paths, write_playback
 
 
 def prepare_folder(folder: Path) -> None:
@@ -90,7 +90,7 @@ def executed_path(run: PathRun, result: PathResult) -> FloatArray:
     return result.log.states[run.scenario.target][:, [space.index(v) for v in run.scenario.target_variables]]
 
 
-def _episode(run: PathRun, result: PathResult) -> Episode:
+def _episode(run: PathRun, result: PathResult) -> RecordedEpisode:
     scenario, log = run.scenario, result.log
     off = cKDTree(result.path.points).query(executed_path(run, result))[0]
     mean = np.cumsum(off) / np.arange(1, len(off) + 1)
@@ -110,7 +110,7 @@ def _episode(run: PathRun, result: PathResult) -> Episode:
     lines = {scenario.target: result.path.points}
     graph = scenario.graph
     states = {n: log.states[n][:, graph.objects[n].indices(space.names)] for n, space in scenario.shown().items()}
-    return Episode(result.name, log.times, states, log.plant_positions, readouts, lines, flags, strips)
+    return RecordedEpisode(result.name, log.times, states, log.plant_positions, readouts, lines, flags, strips)
 
 
 def _progress(result: PathResult, row: int) -> str:
@@ -140,14 +140,14 @@ def write_pictures(run: PathRun, folder: Path) -> list[Path]:
     return [file]
 
 
-def write_recording(run: PathRun, file: Path) -> None:
-    """Write the playback.
+def write_recording(run: PathRun, file: Path) -> list[Path]:
+    """Write the playback, if there is anything to play.
 
     Raises:
         InputError: if the file can't be written.
     """
-    if run.results:
-        scenario = run.scenario
-        write_playback(
-            make_recording(run), scenario.drawings(), file, plant=scenario.drawn_plant(), camera=scenario.view()
-        )
+    if not run.results:
+        return []
+    scenario = run.scenario
+    write_playback(make_recording(run), scenario.drawings(), file, plant=scenario.drawn_plant(), camera=scenario.view())
+    return [file]

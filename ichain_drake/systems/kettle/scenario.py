@@ -22,8 +22,8 @@ from ichain_drake.scenarios.adjustable import Adjustable, push
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.faults import FAULTS, Faults
 from ichain_drake.scenarios.given import geometry
-from ichain_drake.scenarios.mishaps import FAULTS, Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
@@ -63,7 +63,7 @@ class KettleConfig(ApplianceConfig):
     """Configuration of the kettle.
 
     Attributes:
-        goal, camera_shift, mishap: see `ApplianceConfig`; slips and drop-outs meet both vessels, knocks the bottle.
+        goal, camera_shift, fault: see `ApplianceConfig`; slips and drop-outs meet both vessels, knocks the bottle.
         start: see there.
     """
 
@@ -127,9 +127,9 @@ class KettleScenario(Appliance[KettleStart]):
 
     def make_objects(self, start: KettleStart, make: ObjectMaker) -> Mapping[str, WorldObject]:
         """Both vessels and the switch."""
-        mishap = make.mishap
-        bottle = self.bottle_settings(CupFaults(slips=mishap.slips, knocks=mishap.knocks))
-        kettle, plate = self.kettle_settings(CupFaults(slips=mishap.slips))
+        faults = make.faults
+        bottle = self.bottle_settings(CupFaults(slips=faults.slips, knocks=faults.knocks))
+        kettle, plate = self.kettle_settings(CupFaults(slips=faults.slips))
 
         def bottle_filled(bottle: Cup) -> FloatArray:
             return bottle.state_at(LAYOUT.bottle.mouth_at(start.bottle), start.water, start.temperature)
@@ -138,18 +138,18 @@ class KettleScenario(Appliance[KettleStart]):
             mouth = LAYOUT.kettle.mouth_at(start.kettle, start.kettle_floor)
             return kettle.state_at(mouth, start.kettle_water, start.kettle_temperature)
 
-        mount = ButtonMount(LAYOUT.switch, stiff=mishap.stiffness)
+        mount = ButtonMount(LAYOUT.switch, stiff=faults.stiffness)
         return {
-            BOTTLE: make(Cup, BOTTLE, bottle_filled, dropouts=mishap.dropouts, cup=bottle),
-            KETTLE: make(Kettle, KETTLE, kettle_filled, dropouts=mishap.dropouts, cup=kettle, kettle=plate),
+            BOTTLE: make(Cup, BOTTLE, bottle_filled, dropouts=faults.dropouts, cup=bottle),
+            KETTLE: make(Kettle, KETTLE, kettle_filled, dropouts=faults.dropouts, cup=kettle, kettle=plate),
             SWITCH: make(Button, SWITCH, mount=mount),
         }
 
-    def bodies(self, start: KettleStart, mishap: Mishap) -> Mapping[str, BodySpec]:
+    def bodies(self, start: KettleStart, faults: Faults) -> Mapping[str, BodySpec]:
         """Both vessels and the switch."""
         bottle = Transform(translation=[*start.bottle, 0.0])
         kettle = Transform(translation=[*start.kettle, start.kettle_floor])
-        button = f"{MODELS}/dispenser/{'button' if mishap.stiffness == 1.0 else 'button_stiff'}.sdf"
+        button = f"{MODELS}/dispenser/{'button' if faults.stiffness == 1.0 else 'button_stiff'}.sdf"
         return {
             BOTTLE: BodySpec(f"{MODELS}/kettle/bottle.sdf", bottle, fixed=False),
             KETTLE: BodySpec(f"{MODELS}/kettle/kettle.sdf", kettle, fixed=False),
@@ -168,7 +168,7 @@ class KettleScenario(Appliance[KettleStart]):
         bottle, kettle = ((p[0], p[1]) for p in (config.bottle, config.kettle))
         start = KettleStart(bottle, kettle, 0.0, 0.0)
         in_hand = {n: hand_pose(v.in_hand((0.0, 0.0), 0.0)).inverse() for n, v in _SHAPES.items()}
-        planner = MotionPlanner(spec, self.bodies(start, Mishap()), in_hand)
+        planner = MotionPlanner(spec, self.bodies(start, Faults()), in_hand)
         standing = {
             BOTTLE: LAYOUT.bottle.in_hand(bottle, 0.0),
             KETTLE: LAYOUT.kettle.in_hand(kettle, start.kettle_floor),
@@ -205,7 +205,7 @@ class KettleScenario(Appliance[KettleStart]):
 
     def adjustables(self) -> Sequence[Adjustable]:
         """Noise, pushes of the bottle where no plant holds it, and how much water of which temperature is wanted."""
-        pushes = [push(BOTTLE, v, "m", self.config.mishap.knock) for v in ("x", "y") if self.physics != "contact"]
+        pushes = [push(BOTTLE, v, "m", self.config.fault.knock) for v in ("x", "y") if self.physics != "contact"]
         wanted = [least_wanted(BOTTLE, v, 0.0, 1.0, value) for v, value in (("water", 0.6), ("temperature", 0.9))]
         return (*super().adjustables(), *pushes, *wanted)
 

@@ -25,8 +25,8 @@ from ichain_drake.scenarios.adjustable import Adjustable
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.faults import FAULTS, Faults, GoalFaultConfig
 from ichain_drake.scenarios.given import geometry
-from ichain_drake.scenarios.mishaps import FAULTS, Mishap, MishapConfig
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
@@ -71,12 +71,12 @@ class MicrowaveConfig(ApplianceConfig):
 
     Attributes:
         goal, camera_shift: see `ApplianceConfig`.
-        start, mishap: see there; `stiff` meets button and knob, what else goes wrong the food, and a knock is less than
+        start, fault: see there; `stiff` meets button and knob, what else goes wrong the food, and a knock is less than
             what the goal lets it be off.
     """
 
     start: OvenStartConfig = field(default_factory=OvenStartConfig)
-    mishap: MishapConfig = field(default_factory=lambda: MishapConfig(knock=0.02))
+    fault: GoalFaultConfig = field(default_factory=lambda: GoalFaultConfig(knock=0.02))
 
 
 class Microwave(Appliance[MicrowaveStart]):
@@ -96,9 +96,9 @@ class Microwave(Appliance[MicrowaveStart]):
         by_hand = [(HAND, child) for child in (DOOR, BUTTON, KNOB, FOOD)]
         return InteractionGraph(objects, [*by_hand, *((part, FOOD) for part in (KNOB, BUTTON, DOOR))])
 
-    def food_settings(self, mishap: Mishap | None = None) -> FoodSettings:
+    def food_settings(self, faults: Faults | None = None) -> FoodSettings:
         """Geometry of the food and of what it meets, and what goes wrong."""
-        wrong = mishap or Mishap()
+        wrong = faults or Faults()
         settings = LAYOUT.food_settings(self.camera())
         return dataclasses.replace(settings, faults=CupFaults(slips=wrong.slips, knocks=wrong.knocks))
 
@@ -121,13 +121,13 @@ class Microwave(Appliance[MicrowaveStart]):
         def part(name: str) -> OvenPart:
             kind, mount = _PARTS[name]
             if name in _STIFF:
-                mount = dataclasses.replace(mount, stiff=make.mishap.stiffness)
+                mount = dataclasses.replace(mount, stiff=make.faults.stiffness)
             return make(kind, name, lambda part: part.state_at(coordinates[name]), mount=mount)
 
         def placed(food: Food) -> FloatArray:
             return food.state_at((*start.food, self._middle(start)), start.temperature)
 
-        food = make(Food, FOOD, placed, dropouts=make.mishap.dropouts, food=self.food_settings(make.mishap))
+        food = make(Food, FOOD, placed, dropouts=make.faults.dropouts, food=self.food_settings(make.faults))
         return {**{name: part(name) for name in _PARTS}, FOOD: food}
 
     @staticmethod
@@ -138,11 +138,11 @@ class Microwave(Appliance[MicrowaveStart]):
         """Height of the food's middle [m]."""
         return (LAYOUT.cavity[2] if start.inside else 0.0) + self.food_settings().height / 2
 
-    def bodies(self, start: MicrowaveStart, mishap: Mishap) -> Mapping[str, BodySpec]:
+    def bodies(self, start: MicrowaveStart, faults: Faults) -> Mapping[str, BodySpec]:
         """The oven's parts, whose models have their names, and the food."""
         parts = {
             name: BodySpec(
-                f"{MODELS}/microwave/{name}{'_stiff' if name in _STIFF and mishap.stiffness != 1.0 else ''}.sdf",
+                f"{MODELS}/microwave/{name}{'_stiff' if name in _STIFF and faults.stiffness != 1.0 else ''}.sdf",
                 Transform(translation=list(_PARTS[name][1].point)),
                 joints={"move": coordinate},
             )
@@ -163,7 +163,7 @@ class Microwave(Appliance[MicrowaveStart]):
         middle = RigidTransform([0.0, 0.0, self.food_settings().height / 2 - HOLD])
 
         def bodies(door: float) -> Mapping[str, BodySpec]:
-            return self.bodies(MicrowaveStart((0.0, 0.0), 0.0, door=door), Mishap())
+            return self.bodies(MicrowaveStart((0.0, 0.0), 0.0, door=door), Faults())
 
         return OvenMotion(spec, bodies, DOOR, self.start(0).door, {FOOD: grasp.inverse() @ middle})
 

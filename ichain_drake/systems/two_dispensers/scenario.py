@@ -31,8 +31,8 @@ from ichain_drake.robot import BodySpec
 from ichain_drake.scenarios.adjustable import Adjustable
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.faults import Faults
 from ichain_drake.scenarios.graph_scenario import GraphScenario
-from ichain_drake.scenarios.mishaps import Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.scenarios.seats import Seat
@@ -119,7 +119,7 @@ class TwoDispensers(WaterDispenser):
             objects[tank] = self.make_tank(tank, start if m == at else empty, make, self._tank_settings(m))
         return objects
 
-    def bodies(self, start: DispenserStart, mishap: Mishap) -> Mapping[str, BodySpec]:
+    def bodies(self, start: DispenserStart, faults: Faults) -> Mapping[str, BodySpec]:
         """None: a point touches nothing."""
         return {}
 

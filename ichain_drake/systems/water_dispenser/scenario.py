@@ -20,8 +20,8 @@ from ichain_drake.scenarios.adjustable import Adjustable, push
 from ichain_drake.scenarios.adjustable_goal import least_wanted
 from ichain_drake.scenarios.appliance import MODELS, Appliance, ApplianceConfig
 from ichain_drake.scenarios.config import ScenarioConfig
+from ichain_drake.scenarios.faults import FAULTS, Faults
 from ichain_drake.scenarios.given import geometry
-from ichain_drake.scenarios.mishaps import FAULTS, Mishap
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.probes import Probes
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
@@ -38,7 +38,7 @@ _RED, _BLUE = (0.9, 0.12, 0.05), (0.05, 0.3, 0.95)
 
 
 @dataclass
-class StartConfig:
+class DispenserStartConfig:
     """How a run begins.
 
     Attributes:
@@ -58,11 +58,11 @@ class WaterDispenserConfig(ApplianceConfig):
     """Configuration of the water dispenser.
 
     Attributes:
-        goal, camera_shift, mishap: see `ApplianceConfig`.
+        goal, camera_shift, fault: see `ApplianceConfig`.
         start: see there.
     """
 
-    start: StartConfig = field(default_factory=StartConfig)
+    start: DispenserStartConfig = field(default_factory=DispenserStartConfig)
 
 
 class WaterDispenser(Appliance[DispenserStart]):
@@ -112,7 +112,7 @@ class WaterDispenser(Appliance[DispenserStart]):
 
     def make_objects(self, start: DispenserStart, make: ObjectMaker) -> Mapping[str, WorldObject]:
         """Cup, buttons and tank; slips, knocks and drop-outs meet the cup."""
-        mounts = {b: self.button_mount(b, make.mishap.stiffness) for b in (POWER, DISPENSE)}
+        mounts = {b: self.button_mount(b, make.faults.stiffness) for b in (POWER, DISPENSE)}
         return {
             CUP: self.make_cup(start, make),
             **{b: make(Button, b, mount=mount) for b, mount in mounts.items()},
@@ -121,13 +121,13 @@ class WaterDispenser(Appliance[DispenserStart]):
 
     def make_cup(self, start: DispenserStart, make: ObjectMaker) -> Cup:
         """The cup in its start state."""
-        settings = self.cup_settings(CupFaults(slips=make.mishap.slips, knocks=make.mishap.knocks))
+        settings = self.cup_settings(CupFaults(slips=make.faults.slips, knocks=make.faults.knocks))
         rim = (*start.cup, settings.height + (LAYOUT.tray.height if start.on_tray else 0.0))
 
         def filled(cup: Cup) -> FloatArray:
             return cup.state_at(rim, start.water, start.temperature)
 
-        return make(Cup, CUP, filled, dropouts=make.mishap.dropouts, cup=settings)
+        return make(Cup, CUP, filled, dropouts=make.faults.dropouts, cup=settings)
 
     @staticmethod
     def make_tank(name: str, start: DispenserStart, make: ObjectMaker, settings: TankSettings) -> Tank:
@@ -138,11 +138,11 @@ class WaterDispenser(Appliance[DispenserStart]):
 
         return make(Tank, name, filled, tank=settings)
 
-    def bodies(self, start: DispenserStart, mishap: Mishap) -> Mapping[str, BodySpec]:
+    def bodies(self, start: DispenserStart, faults: Faults) -> Mapping[str, BodySpec]:
         """Cup and buttons."""
         height = LAYOUT.tray.height if start.on_tray else 0.0
         cup = Transform(translation=[start.cup[0], start.cup[1], height])
-        button = f"{MODELS}/dispenser/{'button' if mishap.stiffness == 1.0 else 'button_stiff'}.sdf"
+        button = f"{MODELS}/dispenser/{'button' if faults.stiffness == 1.0 else 'button_stiff'}.sdf"
         return {
             CUP: BodySpec(f"{MODELS}/cup/cup.sdf", cup, fixed=False),
             POWER: BodySpec(button, Transform(translation=list(LAYOUT.power))),
@@ -158,7 +158,7 @@ class WaterDispenser(Appliance[DispenserStart]):
             return None
         grasp = hand_pose(np.array([0.0, 0.0, GRASP, 0.0, FORWARD, 0.0, 1.0]))
         nowhere = DispenserStart((0.0, 0.0), 0.0, 0.0)
-        return MotionPlanner(self.config.robot, self.bodies(nowhere, Mishap()), {CUP: grasp.inverse()})
+        return MotionPlanner(self.config.robot, self.bodies(nowhere, Faults()), {CUP: grasp.inverse()})
 
     def script(self, rng: np.random.Generator) -> Iterable[ScriptedPiece[DispenserStart]]:
         """See `script_pieces` (paper sec. VI)."""
@@ -187,7 +187,7 @@ class WaterDispenser(Appliance[DispenserStart]):
 
     def adjustables(self) -> Sequence[Adjustable]:
         """Noise, pushes of the cup where no plant holds it, and how much water of which temperature is wanted."""
-        pushes = [push(CUP, v, "m", self.config.mishap.knock) for v in ("x", "y") if self.physics != "contact"]
+        pushes = [push(CUP, v, "m", self.config.fault.knock) for v in ("x", "y") if self.physics != "contact"]
         wanted = [least_wanted(CUP, v, 0.0, 1.0, value) for v, value in (("water", 0.6), ("temperature", 0.9))]
         return (*super().adjustables(), *pushes, *wanted)
 

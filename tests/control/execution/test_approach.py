@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from toy_models import TAP_START, tap
 
-from ichain_drake.control.execution.carrying import Carry
-from ichain_drake.control.execution.driving import Approach, Drive
+from ichain_drake.control.execution.carrying import CarryTask
+from ichain_drake.control.execution.driving import Approach, DriveTask
 from ichain_drake.control.execution.tasks import DONE, View
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.skills import Skills
@@ -22,8 +22,8 @@ def poured(levels: list[float], end: float, until: float) -> list[bool]:
     """Whether an approach is over as the tank's readings come in, and at last whether the drive behind it is."""
     predicted = {**HELD, "cup": np.array([0.9, 0.05]), "tank": np.array([end, 0.0])}
     step = PlanStep((CARRY, POUR), until=("tank", "water", -1, until), predicted=predicted, ticks=5)
-    drive = Drive(CARRY, step=step)
-    approach = Approach(CARRY, carry=Carry(CARRY, target={0: 0.9}), drive=drive)
+    drive = DriveTask(CARRY, step=step)
+    approach = Approach(CARRY, carry=CarryTask(CARRY, target={0: 0.9}), drive=drive)
     answers: list[object] = []
     readings = []
     for level in levels:

@@ -10,7 +10,7 @@ import pytest
 from small_job import SmallWorld, drive, fresh, learned, readings
 
 from ichain_drake.control.execution.carried import Carried
-from ichain_drake.control.execution.carrying import Carry
+from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.laying_out import step_tasks
 from ichain_drake.control.execution.switching import Switch
@@ -145,7 +145,7 @@ def test_what_is_held_in_the_air_is_put_back_before_something_else_begins() -> N
     assert (let_go.edge, let_go.activate) == (HELD, False)
     lifted = now | {"box": now["box"] + [0.0, 0.0, 0.3, 0.0, 0.0, 0.0]}
     carry, let_go, *_ = step_tasks(model, press, lifted, held)
-    assert isinstance(carry, Carry)
+    assert isinstance(carry, CarryTask)
     assert carry.target == {i: now["box"][i] for i in range(3)}
     assert isinstance(let_go, Switch)
     assert let_go.edge == HELD

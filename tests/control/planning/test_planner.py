@@ -8,7 +8,7 @@ from toy_models import LAMP_START, TAP_START, ToyModel, lamp, tap
 
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goals import gap, parse_goal, value_of
-from ichain_drake.control.planning.macros import find_carries, find_drives
+from ichain_drake.control.planning.options import find_carries, find_drives
 from ichain_drake.control.planning.plan import NoPlan, Plan, States
 from ichain_drake.control.planning.planner import GraphPlanner, SearchSettings
 
@@ -22,7 +22,7 @@ def shape(found: Plan | NoPlan) -> list[str]:
     return [step.chain[-1].name + ("" if step.until else " carried") for step in found.steps]
 
 
-def test_macros_are_found_from_models_and_samples() -> None:
+def test_options_are_found_from_models_and_samples() -> None:
     model = tap()
     carries = find_carries(model)
     assert [(c.edge.name, c.follow.tolist()) for c in carries] == [("robot->cup", [0])]

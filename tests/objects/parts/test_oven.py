@@ -218,7 +218,7 @@ def test_what_cannot_be_is_refused() -> None:
         Food("food", spaces | {"hand": no_grip})
 
 
-# Mishaps.
+# Faults.
 
 
 def played(thing: Food, state: FloatArray, way: list[FloatArray], door: float = OPEN) -> tuple[FloatArray, list[bool]]:

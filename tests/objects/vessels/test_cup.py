@@ -1,4 +1,4 @@
-"""The cup: grasp, pouring, catching, conservation, mishaps."""
+"""The cup: grasp, pouring, catching, conservation, faults."""
 
 import numpy as np
 import pytest

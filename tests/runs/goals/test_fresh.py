@@ -8,13 +8,13 @@ import pytest
 from ichain_drake.errors import InputError
 from ichain_drake.runs.goals.fresh import FreshSeed, SharedTrial
 from ichain_drake.runs.goals.trial import Trial
-from ichain_drake.runs.goals.variants import Variant
+from ichain_drake.runs.goals.variants import GoalVariant
 from ichain_drake.runs.runner import run_jobs
 from ichain_drake.scenarios import graph_scenario
 from ichain_drake.systems.own import own_scenario
 
 BATH = Path(__file__).parents[3] / "examples" / "own_system" / "bath.py"
-LINES = (Variant("monitors", "none"), Variant("monitors", "noise", ("noise.scale=3",)))
+LINES = (GoalVariant("monitors", "none"), GoalVariant("monitors", "noise", ("noise.scale=3",)))
 
 
 @pytest.fixture

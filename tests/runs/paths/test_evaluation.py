@@ -10,7 +10,7 @@ from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.runs.paths.evaluation import (
     METHODS,
-    Variant,
+    PathVariant,
     check_evaluation,
     evaluate_paths,
     learn_variant,
@@ -104,7 +104,7 @@ def test_nothing_beyond_the_samples_of_a_row_is_used_for_it() -> None:
     settings = ["learning.samples=150", "learning.estimator=polynomial(degree=2)", "control.efforts=[0.05]"]
     scenario = load_scenario("car_game", settings, "ideal", 0)
     pieces = list(scenario.record_demonstrations())
-    variant = Variant("default", "predictive", 50)
+    variant = PathVariant("default", "predictive", 50)
     later = []
     for piece in pieces:
         table = piece.table.copy()

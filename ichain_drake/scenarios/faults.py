@@ -1,4 +1,4 @@
-"""What goes wrong in a run of a scenario with a goal, as `fault.kind` asks for and the section `mishap` says."""
+"""What goes wrong in a run of a scenario with a goal, as the section `fault` of its configuration asks for."""
 
 # No `from __future__ import annotations`: Drake's typed YAML reader needs the fields' types themselves.
 
@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ichain_drake.scenarios.config import FaultConfig
 from ichain_drake.settings import setting
 
 FAULTS: tuple[str, ...] = ("none", "slip", "knock", "stiff", "dropout")
-"""The kinds that `Mishap` knows."""
+"""The kinds that `Faults` knows."""
 
 
 @dataclass
-class MishapConfig:
-    """What a fault does.
+class GoalFaultConfig(FaultConfig):
+    """A fault that an evaluation asks for, and what it does.
 
     Attributes:
         time: earliest and latest time of a slip, knock or drop-out [s].
@@ -31,7 +32,7 @@ class MishapConfig:
 
 
 @dataclass(frozen=True)
-class Mishap:
+class Faults:
     """What goes wrong in one run; nothing unless said. A scenario hands it to the objects that it meets.
 
     Attributes:
@@ -47,20 +48,20 @@ class Mishap:
     stiffness: float = 1.0
 
 
-def draw_mishap(kind: str, config: MishapConfig, rng: np.random.Generator) -> Mishap:
-    """The mishap of one run.
+def draw_faults(config: GoalFaultConfig, rng: np.random.Generator) -> Faults:
+    """What goes wrong in one run.
 
     Args:
-        kind: of `FAULTS`.
-        config: what it does.
+        config: its kind, of `FAULTS`, and what it does.
         rng: draws when it happens and in which direction.
     """
     time = float(rng.uniform(config.time[0], config.time[1]))
     turn = float(rng.uniform(-math.pi, math.pi))
+    kind = config.kind
     if kind == "slip":
-        return Mishap(slips=(time,))
+        return Faults(slips=(time,))
     if kind == "knock":
-        return Mishap(knocks=((time, config.knock * math.cos(turn), config.knock * math.sin(turn)),))
+        return Faults(knocks=((time, config.knock * math.cos(turn), config.knock * math.sin(turn)),))
     if kind == "dropout":
-        return Mishap(dropouts=((time, time + config.dropout),))
-    return Mishap(stiffness=config.stiffness if kind == "stiff" else 1.0)
+        return Faults(dropouts=((time, time + config.dropout),))
+    return Faults(stiffness=config.stiffness if kind == "stiff" else 1.0)
