@@ -161,8 +161,7 @@ def plan(
 )
 @click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
 @click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
-@click.option("--jobs", default=1, show_default=True, help="processes, up to the number of cores")
-@options("report", "output", "resume", "without", "settings")
+@options("jobs", "cluster", "trial_timeout", "report", "output", "resume", "without", "settings")
 def evaluate(
     scenario: str,
     physics: str,
@@ -172,6 +171,8 @@ def evaluate(
     fresh: bool,
     shared: bool,
     jobs: int,
+    cluster: str,
+    trial_timeout: float | None,
     report: str | None,
     output: Path | None,
     resume: bool,
@@ -185,8 +186,10 @@ def evaluate(
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
+    from ichain_drake.runs.clusters.workers import Workers
     from ichain_drake.scenarios import PathScenario
 
+    workers = Workers(jobs, cluster, trial_timeout)
     loaded = scenario_named(scenario, settings, physics, seed)
     names = [m.strip() for m in methods.split(",") if m.strip()]
     with rules.without(without):
@@ -194,11 +197,11 @@ def evaluate(
             if shared:
                 raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
             count = 20 if trials is None else trials
-            evaluate_path_scenario(loaded, list(settings), count, names, jobs, report, output, resume=resume)
+            evaluate_path_scenario(loaded, list(settings), count, names, workers, report, output, resume=resume)
         else:
             count = 5 if trials is None else trials
             evaluate_goal_scenario(
-                loaded, list(settings), count, names, jobs, report, output,
+                loaded, list(settings), count, names, workers, report, output,
                 shared=shared or not fresh, fresh=fresh, resume=resume,
             )  # fmt: skip
 
