@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -13,7 +14,7 @@ from typing import Any
 from ichain_drake import rules
 from ichain_drake.errors import InputError, WorkerLostError
 from ichain_drake.runs.clusters.backend import Backend
-from ichain_drake.runs.clusters.isolated import Job, TrialKilledError, findings
+from ichain_drake.runs.clusters.isolated import Job, TrialKilledError, die_with_parent, findings
 from ichain_drake.runs.clusters.local import LocalProcesses
 from ichain_drake.runs.clusters.workers import Say, WorkersGoneError
 from ichain_drake.runs.provenance import code_hash
@@ -112,7 +113,8 @@ def _attempt(
     notes = [folder / str(k) if backend.shares_files else None for k in range(len(work))]
     code = "" if backend.shares_files else code_hash()
     off = rules.switched_off()
-    given = [(job, ids, off, timeout, code, note) for (job, ids), note in zip(work, notes, strict=True)]
+    client = os.getpid()
+    given = [(job, ids, off, timeout, code, note, client) for (job, ids), note in zip(work, notes, strict=True)]
     try:
         with closing(backend.each(_run, given)) as results:  # type: ignore[type-var] # a generator, see there
             for found in results:
@@ -129,13 +131,21 @@ def _attempt(
 
 
 def _run(
-    job: Job, ids: tuple[str, ...], off: frozenset[str], timeout: float | None, code: str, note: Path | None
+    job: Job,
+    ids: tuple[str, ...],
+    off: frozenset[str],
+    timeout: float | None,
+    code: str,
+    note: Path | None,
+    client: int,
 ) -> dict[str, Any]:
     """A job, at a worker; what it finds is noted for those who wait, should this process be killed."""
     if code and code != code_hash():
         raise InputError(
             f"a worker has other code of ichain_drake ({code_hash()}, here {code}): install the same there"
         )
+    if os.getppid() == client:
+        die_with_parent()  # else a killed evaluation's workers would go on to the end of their trials
     found: dict[str, Any] = {}
     if note is not None:
         note.touch()

@@ -47,6 +47,6 @@ def opened(workers: Workers, say: Say | None = None) -> Iterator[Backend]:
         yield LocalProcesses(workers.usable_processes(say))
         return
     tell: Say = say or (lambda line, fraction: None)
-    open_cluster = {"dask": dask_cluster, "ray": ray_cluster}[workers.kind]
+    open_cluster: Any = {"dask": dask_cluster, "ray": ray_cluster}[workers.kind]
     with open_cluster(workers.address, 0 if workers.address else workers.usable_processes(say), tell) as cluster:
         yield cluster

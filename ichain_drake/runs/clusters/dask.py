@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,15 +33,33 @@ class DaskCluster:
     def each(self, function: Callable[..., Any], given: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
         """See `Backend`; Dask itself does a call again whose worker was killed, three times."""
         distributed = extra("dask")
-        gone = (distributed.scheduler.KilledWorker, distributed.CancelledError, OSError)
-        futures = [self.client.submit(function, *arguments, pure=False) for arguments in given]
+        closed = distributed.client.ClosedClientError
+        gone = (
+            distributed.scheduler.KilledWorker,
+            distributed.CancelledError,
+            closed,
+            distributed.comm.CommClosedError,
+        )
+        futures: set[Any] = set()
         try:
+            futures.update(self.client.submit(function, *arguments, pure=False) for arguments in given)
             for future in distributed.as_completed(futures):
-                yield future.result()
+                result = future.result()
+                futures.remove(future)
+                future.release()  # else the call is done again if the worker that has its result is killed
+                yield result
         except gone as error:
             raise WorkersGoneError(f"a worker of the cluster, or its scheduler, is gone ({_words(error)})") from None
+        except RuntimeError as error:
+            if "deserialization" not in str(error):
+                raise
+            raise InputError(
+                f"workers of the cluster can't load a trial ({_words(error.__cause__ or error)}): install ichain_drake "
+                "there, and start them where a system of your own can be imported"
+            ) from None
         finally:
-            self.client.cancel(futures, force=True)
+            with suppress(closed):
+                self.client.cancel(list(futures), force=True)
 
 
 @contextmanager

@@ -90,7 +90,9 @@ class _Child:
         if self._id == 0:
             code = 1
             try:
-                _die_with(parent)
+                die_with_parent()
+                if os.getppid() != parent:  # it died before
+                    os._exit(1)
                 os.close(self._pipe)
                 code = _run(job, ids, end)
             finally:
@@ -171,11 +173,9 @@ def _run(job: Job, ids: Sequence[str], end: int) -> int:
     return 0
 
 
-def _die_with(parent: int) -> None:
+def die_with_parent() -> None:
     """Have Linux kill this process when the one that made it dies, however that dies."""
     ctypes.CDLL(None).prctl(_PARENT_DIED, int(signal.SIGKILL))
-    if os.getppid() != parent:
-        os._exit(1)
 
 
 def reason_of(error: Exception) -> str:
