@@ -92,7 +92,7 @@ def test_the_installed_wheel_lists_its_scenarios_outside_the_checkout(installed:
 
 
 def test_the_installed_wheel_learns_drives_and_writes_a_playback(installed: Path, tmp_path: Path) -> None:
-    options = ["--physics", "ideal", "--paths", "eight", "--no-oracle", "--set", "learning.samples=120", "-o", "out"]
+    options = ["--physics", "ideal", "--paths", "eight", "--set", "learning.samples=120", "-o", "out"]
     report = json.loads(ichain(installed, tmp_path, "run", "car_game", *options, "--report", "-"))
     assert report["goal_reached"]
     page = (tmp_path / "out" / "playback.html").read_text(encoding="utf-8")

@@ -67,7 +67,7 @@ def settings(scenario: str) -> None:
 @options("resample", "library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
 @options("report", "output", "without")
-@click.option("--oracle/--no-oracle", default=True, show_default=True, help="also run the oracle, for comparison")
+@click.option("--oracle/--no-oracle", help="also run the oracle, for comparison; it takes longer than the run")
 @click.option("--meshcat", is_flag=True, help="show it in the web browser while it runs")
 @click.option("--realtime", is_flag=True, help="with --meshcat: as slow as in reality")
 @options("settings")

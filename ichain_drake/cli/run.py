@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -206,11 +207,13 @@ def _write_all(run: PathRun, files: RunFiles, extra: dict[str, Any]) -> list[Pat
 
 def _print_results(run: PathRun, written: list[Path]) -> None:
     unit = run.scenario.unit
-    table = Table("path", "completed", f"mean error ({unit})", f"oracle ({unit})", f"paper's metric ({unit})", box=None)
+    known = any(not math.isnan(result.oracle_error) for result in run.results)
+    oracle = [f"oracle ({unit})"] if known else []
+    table = Table("path", "completed", f"mean error ({unit})", *oracle, f"paper's metric ({unit})", box=None)
     for result in run.results:
-        oracle = "" if result.oracle_error != result.oracle_error else f"{result.oracle_error:.3f}"
+        oracle = [f"{result.oracle_error:.3f}".replace("nan", "")] if known else []
         done = "yes" if result.completed else "no"
-        table.add_row(result.name, done, f"{result.error:.3f}", oracle, f"{result.paper_metric:.3f}")
+        table.add_row(result.name, done, f"{result.error:.3f}", *oracle, f"{result.paper_metric:.3f}")
     Console().print(table)
     print(f"{run.reason}; {run.scenario.name}, {run.scenario.physics} physics, seed {run.scenario.seed}")
     for file in written:

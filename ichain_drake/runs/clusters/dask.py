@@ -7,6 +7,7 @@ killed too often, and waits for it for ever.
 from __future__ import annotations
 
 import logging
+import pickle
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -40,9 +41,11 @@ class DaskCluster:
             closed,
             distributed.comm.CommClosedError,
         )
+        dumps = distributed.protocol.pickle.dumps  # by value what a notebook defines
         futures: set[Any] = set()
         try:
-            futures.update(self.client.submit(function, *arguments, pure=False) for arguments in given)
+            messages = (dumps(_Call(function, arguments)) for arguments in given)
+            futures.update(self.client.submit(pickle.loads, message, pure=False) for message in messages)
             for future in distributed.as_completed(futures):
                 result = future.result()
                 futures.remove(future)
@@ -50,16 +53,28 @@ class DaskCluster:
                 yield result
         except gone as error:
             raise WorkersGoneError(f"a worker of the cluster, or its scheduler, is gone ({_words(error)})") from None
-        except RuntimeError as error:
-            if "deserialization" not in str(error):
-                raise
+        except ImportError as error:
             raise InputError(
-                f"workers of the cluster can't load a trial ({_words(error.__cause__ or error)}): install ichain_drake "
-                "there, and start them where a system of your own can be imported"
+                f"workers of the cluster can't load a trial ({_words(error)}): install ichain_drake there, and start "
+                "them where a system of your own can be imported"
             ) from None
         finally:
             with suppress(closed):
                 self.client.cancel(list(futures), force=True)
+
+
+@dataclass(frozen=True)
+class _Call:
+    """A call that is done where it is unpickled: what can't be imported there raises there.
+
+    Dask itself would unpickle calls in its scheduler, too, and wait for ever for a worker that can't.
+    """
+
+    function: Callable[..., Any]
+    given: tuple[Any, ...]
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return self.function, self.given
 
 
 @contextmanager

@@ -51,7 +51,7 @@ def run_paths(
     keep_demos: str | Path | None = None,
     known: Mapping[str, LearnedLink] | None = None,
     known_command: LearnedCommand | None = None,
-    oracle: bool = True,
+    oracle: bool = False,
     resampled: bool = False,
     progress: Progress | None = None,
 ) -> None:
@@ -63,7 +63,7 @@ def run_paths(
         keep_demos: folder that recorded demonstrations are written to.
         known: links from a library, by interaction name; what only they need is not demonstrated again.
         known_command: what the library knows about commanding the hand.
-        oracle: whether to run the oracle on every path too.
+        oracle: whether to run the oracle on every path too; it takes longer than the run.
         resampled: whether to take demonstrations of another period to the library's.
         progress: called with a line at each step.
 

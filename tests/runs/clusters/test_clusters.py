@@ -86,7 +86,7 @@ class TestOtherMachines:
     def test_a_system_that_can_not_be_imported_there_is_named(self, cluster, tmp_path, monkeypatch):
         (tmp_path / "only_here.py").write_text("import toy_jobs\nclass OwnJob(toy_jobs.ToyJob):\n    pass\n")
         with opened(Workers(cluster=cluster.scheduler_address)) as backend:
-            backend.client.wait_for_workers(1)  # they have this process's path of before
+            backend.client.wait_for_workers(1)  # it has this process's path of before
             monkeypatch.syspath_prepend(tmp_path)
             job = importlib.import_module("only_here").OwnJob(("a",), tmp_path)
             with pytest.raises(InputError, match="can't load a trial .*only_here.*: install ichain_drake there"):
