@@ -207,16 +207,24 @@ def evaluate(
 
 
 @app.command()
-@options("report")
-def benchmarks(report: str | None) -> None:
-    """Print what the library costs, as ratios measured in one run."""
-    from ichain_drake.benchmarks import format_table, run_benchmarks
+@click.option("--profile", metavar="SYSTEM", help="instead: where the time of one run of it goes")
+@options("physics", "seed", "report", "settings")
+def benchmarks(profile: str | None, physics: str, seed: int, report: str | None, settings: tuple[str, ...]) -> None:
+    """Print what the library costs, as ratios measured in one run.
+
+    --physics, --seed and --set are those of the run that --profile looks at.
+    """
+    from ichain_drake.benchmarks import format_profile, format_table, profile_run, run_benchmarks
     from ichain_drake.cli.console import Reporter
     from ichain_drake.cli.run import deliver_report, printed
 
+    if profile is None and settings:
+        raise IchainError("--set is for --profile: the benchmarks have settings of their own")
     with Reporter() as say:
-        results = run_benchmarks(say)
-    text = format_table(results)
+        results = run_benchmarks(say) if profile is None else profile_run(
+            scenario_named(profile, settings, physics, seed), say
+        )  # fmt: skip
+    text = format_table(results) if profile is None else format_profile(results)
     deliver_report({**results, **printed(text)}, report, text=text)
 
 

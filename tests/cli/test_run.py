@@ -130,7 +130,8 @@ def test_a_goal_that_is_not_reached_says_why(ichain, tmp_path):
 def test_an_unreachable_start_is_reported_with_status_1(ichain, bend_csv, tmp_path):
     """A joystick three metres away: the arm says so, and the report is kept."""
     done = ichain(
-        "run", "car_game", "--physics", "arm", "--path", bend_csv, "-o", tmp_path, "--set", "robot.home={x: 0.85, y: 0.85, z: 1.0}", "--set", "learning.samples=60",
+        "run", "car_game", "--physics", "arm", "--path", bend_csv, "-o", tmp_path,
+        "--set", "robot.home={x: 0.85, y: 0.85, z: 1.0}", "--set", "learning.samples=60",
         "--set", "robot.hand.surface=null", "--set", "robot.hand.held={z: 1.0, grip: 1}",
     )  # fmt: skip
     assert done.status == 1
