@@ -43,9 +43,9 @@ def test_the_readme_example_is_ten_lines_and_drives(tmp_path: Path) -> None:
     page = ROOT / "README.md"
     (code,) = blocks(page)
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
-    found = re.search(r"mean error (\d+\.\d+) px", run_blocks(page, tmp_path))
+    found = re.search(r"car: \[ ?(\d+\.\d+) +(\d+\.\d+)", run_blocks(page, tmp_path))
     assert found is not None
-    assert float(found[1]) < 2.0
+    assert abs(float(found[1]) - 400) + abs(float(found[2]) - 300) < 15, "an eight ends where it starts"
 
 
 def test_add_your_own_object_runs_and_prints_what_it_says(tmp_path: Path) -> None:

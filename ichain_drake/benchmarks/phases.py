@@ -14,16 +14,14 @@ from threadpoolctl import threadpool_limits
 from ichain_drake import control
 from ichain_drake.benchmarks.stopwatch import Stopwatch, timed_callbacks
 from ichain_drake.control.tracking.chain import make_controller
-from ichain_drake.learning.chain.chain import learn_chain
-from ichain_drake.runs.goals import run as goals
-from ichain_drake.runs.goals.knowledge import learn_graph
-from ichain_drake.runs.goals.output import write_graph_pictures, write_graph_recording
-from ichain_drake.runs.goals.settings import graph_spec
-from ichain_drake.runs.paths.choice import choose_paths
+from ichain_drake.runs.goals.run import run_graph
+from ichain_drake.runs.learn import learn
+from ichain_drake.runs.output import write_pictures_of, write_playback_of
 from ichain_drake.runs.paths.following import follow, oracle_follow
-from ichain_drake.runs.paths.output import write_pictures, write_recording, write_report
+from ichain_drake.runs.paths.output import write_report
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.runs.paths.run import check_settings, record_pieces, recorded_seconds
+from ichain_drake.runs.pieces import check_settings, record_pieces
+from ichain_drake.runs.run import start_run
 from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.scenarios.goal_scenario import GoalScenario
 
@@ -58,11 +56,24 @@ def profile_run(scenario: PathScenario | GoalScenario, say: Progress | None = No
         `processor` seconds) and `systems` (`system`, `processor` seconds, `calls`), the most expensive first.
     """
     clock = _Clock(say or (lambda line: None))
-    with threadpool_limits(limits=1), tempfile.TemporaryDirectory(prefix="ichain-") as folder:
-        if isinstance(scenario, PathScenario):
-            watch, planning, simulated = _paths(scenario, clock, Path(folder))
+    check_settings(scenario)
+    run = start_run(scenario)
+    with threadpool_limits(limits=1):
+        with clock.phase("record"):
+            record_pieces(scenario, run.pieces)
+        with clock.phase("learn"):
+            run.model = learn(scenario, run.pieces)
+        if isinstance(run, PathRun):
+            watch, planning, simulated = _follow(run, clock)
         else:
-            watch, planning, simulated = _goal(scenario, clock, Path(folder))
+            with timed_callbacks() as watch, clock.phase("run"):
+                run_graph(run, known=run.model)
+            planning, simulated = run.plan_seconds, 0.0 if run.log is None else float(run.log.times[-1])
+        with clock.phase("write"), tempfile.TemporaryDirectory(prefix="ichain-") as name:
+            folder = Path(name)
+            write_report(run.report(), folder / "report.json")
+            write_playback_of(run, folder / "playback.html")
+            write_pictures_of(run, folder)
     phases = clock.spent | _parts(watch, planning, *clock.spent.pop("run"))
     return {
         "scenario": scenario.name,
@@ -90,45 +101,18 @@ def _parts(watch: Stopwatch, planning: float, wall: float, busy: float) -> dict[
     return {name: (wall * part / busy, part) for name, part in parts.items() if name != "plan" or planning}
 
 
-def _paths(scenario: PathScenario, clock: _Clock, folder: Path) -> tuple[Stopwatch, float, float]:
-    """A run that follows paths: its stopwatch, nothing planned, and simulated seconds."""
-    check_settings(scenario)
-    run = PathRun(scenario, choose_paths(scenario))
-    with clock.phase("record"):
-        record_pieces(run, None, lambda line: None)
-    with clock.phase("learn"):
-        candidates, seconds = scenario.config.learning.candidates(), recorded_seconds(run.pieces, scenario.graph)
-        target = scenario.target, scenario.target_variables
-        run.chain = learn_chain(run.pieces, scenario.graph, *target, candidates, seconds)
+def _follow(run: PathRun, clock: _Clock) -> tuple[Stopwatch, float, float]:
+    """Follow every path: the stopwatch, nothing planned, and simulated seconds."""
+    scenario, given = run.scenario, run.scenario.config.control
+    assert run.model is not None
+    chain = run.model.for_paths()
     with clock.phase("validate"):
-        given = scenario.config.control
-        run.controller = make_controller(run.chain, given.method, scenario.path_limits(), given.candidates())
+        run.controller = make_controller(chain, given.method, scenario.path_limits(), given.candidates())
     with timed_callbacks() as watch, clock.phase("run"):
         for number, (name, path) in enumerate(run.paths.items()):
-            run.results.append(follow(scenario, run.chain, run.controller, name, path, number))
+            run.results.append(follow(scenario, chain, run.controller, name, path, number))
     if not scenario.no_oracle:
         with clock.phase("oracle"):
             for number, (name, path) in enumerate(run.paths.items()):
                 oracle_follow(scenario, name, path, number)
-    with clock.phase("write"):
-        write_report(run.report(), folder / "report.json")
-        write_recording(run, folder / "playback.html")
-        write_pictures(run, folder)
     return watch, 0.0, sum(float(result.log.times[-1]) for result in run.results)
-
-
-def _goal(scenario: GoalScenario, clock: _Clock, folder: Path) -> tuple[Stopwatch, float, float]:
-    """A run towards the scenario's own goal: its stopwatch, seconds of planning, and simulated seconds."""
-    run = goals.GraphRun(scenario)
-    spec = graph_spec(scenario.config)
-    with clock.phase("record"):
-        goals.record_pieces(run)
-    with clock.phase("learn"):
-        knowledge = learn_graph(run.pieces, scenario.graph, spec)
-    with timed_callbacks() as watch, clock.phase("run"):
-        goals.run_graph(run, knowledge=knowledge)
-    with clock.phase("write"):
-        write_report(run.report(), folder / "report.json")
-        write_graph_recording(run, folder / "playback.html")
-        write_graph_pictures(run, folder)
-    return watch, run.plan_seconds, 0.0 if run.log is None else float(run.log.times[-1])

@@ -70,7 +70,9 @@ class Stopwatch:
 
 
 def _place(system: LeafSystem) -> str:
-    name = system.GetSystemPathname().removeprefix("::").removeprefix("_::").removeprefix("world::")
+    name = system.GetSystemPathname()
+    for outer in ("::", "_::", "world::", "controller::"):
+        name = name.removeprefix(outer)
     return name.replace("::", "/")
 
 
