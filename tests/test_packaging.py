@@ -251,3 +251,13 @@ def test_a_class_documents_its_constructor_and_methods(kind: type) -> None:
     for name, member in vars(kind).items():
         if isinstance(member, property) and not name.startswith("_"):
             assert member.__doc__, f"{kind.__name__}.{name} has no docstring"
+
+
+@pytest.mark.parametrize("words", [["-c", "import ichain_drake"], ["-m", "ichain_drake", "--help"]])
+def test_beginning_is_quick_as_nothing_large_is_imported(words: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", *words], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "ichain_drake" in imported
+    assert not imported & {"numpy", "pandas", "pydrake", "sklearn", "scipy", "matplotlib", "joblib", "rich"}

@@ -38,6 +38,12 @@ def test_a_cluster_finds_what_one_process_finds_whoever_is_killed(kind, tmp_path
     assert RowFile(tmp_path / "rows.jsonl", resume=True).of(i for job in jobs(tmp_path) for i in job.ids) == found
 
 
+def test_a_cluster_of_this_machine_is_for_this_machine_alone():
+    pytest.importorskip("distributed", reason="the extra `dask` is not installed")
+    with opened(Workers(1, "dask")) as backend:
+        assert backend.client.scheduler.address.startswith("tcp://127.0.0.1:")
+
+
 def test_a_worker_that_is_killed_again_and_again_ends_the_evaluation_with_what_was_found(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "_LOSSES", 1)
     (tmp_path / "others are done").touch()
