@@ -109,7 +109,7 @@ def test_interactions_of_other_objects_are_refused(recording):
 
 
 def test_an_hour_of_the_full_scene_is_at_most_30_mb(tmp_path):
-    """By five minutes and a second of it: an arm that goes somewhere else at every tick, without a pause, and everything else in motion."""
+    """By five minutes and a second: an arm that goes elsewhere at every tick, and everything else in motion."""
     scenario = WaterDispenser((), "contact")
     plant = scenario.drawn_plant()
     rng, n = np.random.default_rng(0), 300 * 30 + 1
