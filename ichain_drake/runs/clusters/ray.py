@@ -65,7 +65,7 @@ def ray_cluster(address: str, processes: int, say: Say) -> Iterator[RayCluster]:
         else:
             # On its own address, where no other machine reaches it.
             ray.init(num_cpus=processes, runtime_env=path, _node_ip_address="127.0.0.1", **quiet)
-    except (OSError, ValueError, RuntimeError) as error:  # ConnectionError is an OSError
+    except Exception as error:  # it raises bare ones, too
         words = " ".join(str(error).split())[:200]
         raise InputError(f"--cluster ray{'=' if address else ''}{address}: {words}") from None
     try:
