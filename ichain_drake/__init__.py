@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         write_demonstration,
         write_demonstrations,
     )
+    from ichain_drake.environments import make_env
     from ichain_drake.errors import IchainError, InputError, UnreachableError
     from ichain_drake.graph import Interaction, InteractionGraph, Origin
     from ichain_drake.learned_graph import LearnedGraph, build_learned_graph
@@ -97,6 +98,7 @@ _MODULES = {
     "control.tracking.systems": ("Controller", "PathFollower"),
     "scenarios": ("GraphScenario", "PathScenario", "Scenario"),
     "systems": ("load_scenario",),
+    "environments": ("make_env",),
     "scenarios.build": ("build_world",),
     "simulation.commands": ("Commands",),
     "scenarios.config": ("ScenarioConfig",),
@@ -197,6 +199,7 @@ __all__ = [
     "load_recording",
     "load_scenario",
     "make_controller",
+    "make_env",
     "model_visualizer",
     "paper_path_error",
     "path_error",

@@ -14,13 +14,11 @@ from ichain_drake.control.tracking.arrival import Arrival
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.control.tracking.systems import Controller, PathFollower
 from ichain_drake.simulation.interruption import deferred_interrupt
+from ichain_drake.simulation.path_watch import PathWatch
 from ichain_drake.simulation.watching import Watcher, present_watcher
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
-
-_SEARCH_TICKS = 4.0
-_LOST_TICKS = 12.0  # a run is given up this many ticks of nominal speed away from its path
 
 Prepare = Callable[[Context], None]
 """Puts a world's systems into their start states, given the root context."""
@@ -212,11 +210,9 @@ def follow_path(
         EpisodeInterrupted: on Ctrl-C, with the log up to then.
     """
     episode = Episode(world, controller, prepare, path, followed, targets, truth, controller.policy.lookahead)
-    allowed = int(np.ceil((1.6 * path.time[-1] + 5.0) / TICK))
-    lost = _LOST_TICKS * path.limits.speed * TICK
     space = world.graph.objects[followed]
     true_targets = space.indices([space.observable.names[k] for k in targets])
-    arrival = Arrival(path)
+    watch = PathWatch(path)
 
     def over(running: Episode) -> bool:
         position = running.value(followed)[list(targets)]
@@ -225,13 +221,10 @@ def follow_path(
             return True
         last = int(follower.GetOutputPort("progress").Eval(follower.GetMyContextFromRoot(running.context))[0])
         present = follower.path  # a person may have moved it
-        reached = present.advance(position, last, _SEARCH_TICKS * TICK)
-        arrival.see(running.recent(followed)[:, true_targets], present, reached)
-        gone = bool(np.linalg.norm(present.points[reached] - position) > lost)
-        return arrival.arrived or arrival.past or gone
+        return watch.see(position, running.recent(followed)[:, true_targets], present, last)
 
     try:
-        episode.run(allowed, over)
+        episode.run(watch.allowed, over)
     except KeyboardInterrupt:
         raise EpisodeInterrupted(episode.log()) from None
-    return episode.log(), arrival
+    return episode.log(), watch.arrival
