@@ -16,6 +16,7 @@ from pathlib import Path
 import click
 
 from ichain_drake.cli.check import check
+from ichain_drake.cli.logs import export_command, import_command
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
@@ -32,7 +33,7 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, relearn, scoreboard, check):
+for _command in (teach, learn, relearn, scoreboard, check, import_command, export_command):
     app.add_command(_command)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,13 @@ _MOST_PARTS = 10**4  # of a list in the file's own description: columns, row gro
 _MOST_TEXT = 10**7  # bytes of a text in it
 
 
-def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
+def read_parquet(file: Path, what: str, only: Collection[str] | None = None) -> tuple[pd.DataFrame, dict[str, str]]:
     """Read a table and the units in its metadata. What pandas says about its index there is not needed.
 
     Args:
         file: which.
         what: it should be, for errors: `the demonstration`.
+        only: names of the columns to read, as far as they are there; all of them by default.
 
     Raises:
         InputError: if it is no Parquet, damaged, or too large.
@@ -48,7 +49,7 @@ def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
                 raise InputError(
                     f"{file}: can't read {what}: it claims {cells} values, and {_MOST_CELLS} are read at most; split it"
                 )
-            table = _read(stored, file, what)
+            table = _read(stored, file, what, only)
         units = _units(table.schema.metadata or {}, file, what)
         return _seconds(table.replace_schema_metadata(None).to_pandas()), units
     except InputError:
@@ -58,15 +59,19 @@ def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
         raise InputError(f"{file}: can't read {what}: {line or type(error).__name__}") from None
 
 
-def _read(stored: pq.ParquetFile, file: Path, what: str) -> pa.Table:
+def _read(stored: pq.ParquetFile, file: Path, what: str, only: Collection[str] | None) -> pa.Table:
     """All rows, bit by bit: lists in cells, and parts that hold more rows than claimed, would take any memory."""
-    batches, total = [], 0
-    for batch in stored.iter_batches(_ROWS, use_threads=False):
+    batches, total, schema = [], 0, stored.schema_arrow
+    if only is not None:
+        schema = pa.schema([f for f in schema if f.name in only], schema.metadata)
+    columns = None if only is None else schema.names
+    for batch in stored.iter_batches(_ROWS, columns=columns, use_threads=False):
         total += batch.nbytes
         if total > 8 * _MOST_CELLS:
             raise InputError(f"{file}: can't read {what}: it holds more than {8 * _MOST_CELLS / 1e6:.0f} MB; split it")
-        batches.append(batch)
-    return pa.Table.from_batches(batches, stored.schema_arrow)
+        # Pyarrow takes a name for the beginning of others, too.
+        batches.append(batch if only is None else batch.select(schema.names))
+    return pa.Table.from_batches(batches, schema)
 
 
 def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, str]:
