@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 
 from ichain_drake.control.tracking.path import read_path
 from ichain_drake.demonstrations import Demonstration, read_demonstration, resample
+from ichain_drake.demonstrations.importing import import_logs, parse_map
 from ichain_drake.demonstrations.parquet import parquet_bytes
 from ichain_drake.demonstrations.reading import prepare
 from ichain_drake.errors import InputError
@@ -243,3 +244,46 @@ def test_nothing_in_a_file_is_run(tmp_path: Path) -> None:
         with pytest.raises(InputError):
             read_demonstration(tmp_path / name)
     assert not (tmp_path / "ran").exists()
+
+
+# Logs of other tools; those of libraries that are missing are skipped.
+
+LOG_MAP = parse_map({"columns": {"obs/x[0]": "arm.x", "actions[1]": "command.x"}, "rate": 3}, "map")
+TOPICS = parse_map({"columns": {"/arm:x": "arm.x", "/kart:list[0]": "kart.place"}}, "map")
+
+
+def hdf5_bytes() -> bytes:
+    h5py = pytest.importorskip("h5py", reason="h5py is missing: pip install 'ichain_drake[logs]'")
+    stream = io.BytesIO()
+    with h5py.File(stream, "w") as file:
+        demo = file.create_group("data/demo_0")
+        demo.create_dataset("actions", data=np.arange(12.0).reshape(6, 2), compression="gzip")
+        demo.create_dataset("obs/x", data=np.arange(6.0)[:, None])
+    return stream.getvalue()
+
+
+def mcap_bytes() -> bytes:
+    writer = pytest.importorskip("mcap.writer", reason="mcap is missing: pip install 'ichain_drake[logs]'")
+    stream = io.BytesIO()
+    log = writer.Writer(stream, compression=writer.CompressionType.NONE)
+    log.start()
+    channels = [log.register_channel(t, "json", 0) for t in ("/arm", "/kart")]
+    for i in range(3):
+        for channel, content in zip(channels, ({"x": i / 10}, {"list": [i]}), strict=True):
+            log.add_message(channel, log_time=i, publish_time=i, data=json.dumps(content).encode())
+    log.finish()
+    return stream.getvalue()
+
+
+@quick
+@given(data=st.data())
+def test_hdf5(place: Path, data: st.DataObject) -> None:
+    (place / "a.hdf5").write_bytes(data.draw(damaged(hdf5_bytes())))
+    tried(lambda: import_logs("robomimic", place / "a.hdf5", LOG_MAP))
+
+
+@quick
+@given(data=st.data())
+def test_mcap(place: Path, data: st.DataObject) -> None:
+    (place / "a.mcap").write_bytes(data.draw(damaged(mcap_bytes())))
+    tried(lambda: import_logs("mcap", place / "a.mcap", TOPICS))
