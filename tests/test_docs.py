@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 
 from ichain_drake.cli.main import app
@@ -80,7 +81,11 @@ def test_relative_links_lead_somewhere(page: Path) -> None:
 def test_commands_and_their_options_exist(page: Path) -> None:
     for name, rest in re.findall(r"(?:`|^    |bin/)ichain (\w+)([^`\n]*)", page.read_text(), re.MULTILINE):
         assert name in app.commands, f"{page.name}: ichain {name}"
-        known = {option for p in app.commands[name].params for option in (*p.opts, *p.secondary_opts)}
+        command = app.commands[name]
+        if isinstance(command, click.Group) and rest.split():
+            assert rest.split()[0] in command.commands, f"{page.name}: ichain {name}{rest}"
+            command = command.commands[rest.split()[0]]
+        known = {option for p in command.params for option in (*p.opts, *p.secondary_opts)}
         options = re.findall(r"(?<!\S)(--?[a-z][a-z-]*)", rest)
         assert set(options) <= known, f"{page.name}: ichain {name}{rest}"
 

@@ -132,7 +132,8 @@ def imported(folder: Path) -> set[str]:
 
 def required_by_name() -> set[str]:
     """Distributions whose modules are imported where they are used, by `require("module", ...)`."""
-    names = re.findall(r'\brequire\("(\w+)', "".join(f.read_text() for f in PACKAGE.rglob("*.py")))
+    code = "".join(f.read_text() for f in PACKAGE.rglob("*.py"))
+    names = re.findall(r'\b(?:require|import_module)\("(\w+)', code)
     return {DISTRIBUTIONS.get(n, n) for n in names}
 
 
@@ -141,7 +142,7 @@ def test_dependencies_are_what_the_package_imports() -> None:
     extras = PROJECT["project"]["optional-dependencies"]
     core, *optional = (
         {re.split(r"[<>=!~\[; ]", r, maxsplit=1)[0].lower() for r in group}
-        for group in (PROJECT["project"]["dependencies"], extras["games"], extras["logs"])
+        for group in (PROJECT["project"]["dependencies"], extras["games"], extras["logs"], extras["onnx"])
     )
     assert used | required_by_name() == core.union(*optional)
 
