@@ -249,7 +249,8 @@ class Executor:
             elif failure.cause != "carry" and step.before:
                 back = carry_tasks(self.model, edge, indices(self.model, step.before, edge), place_first=False)
         elif failure.cause != "deactivation":
-            back = [Switch(edge, activate=False, forced=True)]
+            # Where there was no way to what should be switched, there is nothing to let go of, nor a way away from it.
+            back = [Switch(edge, activate=False, forced=failure.cause != "reach")]
             if failure.cause == "lost" and origin and enabled("take_back"):  # it may only be caught on something
                 back.insert(0, TakeBack(edge, steps=way_back(self.model, step, dict(enumerate(origin)))[:-1]))
         memory.tasks = [*back, *memory.tasks]

@@ -170,7 +170,9 @@ def _ranking(
     batch = {n: np.repeat(np.asarray(states[n], dtype=float)[None], len(ends), axis=0) for n in model.graph.objects}
     batch[root] = ends
     if not activate:
-        return [int(k) for k in np.argsort(model.decide(edge, batch), kind="stable")]
+        # Opened and closed again at once the hand has not left: what was shown whole comes first.
+        left = np.array([len(w.root) - w.event for w in windows])
+        return [int(k) for k in np.lexsort((model.decide(edge, batch), left < min(_AFTER + 1, left.max())))]
     # The object goes along once it is taken, so the row of the event itself is judged.
     batch[root] = np.array([p[min(w.event, len(p) - 1)] for p, w in zip(paths, windows, strict=True)])
     sure = model.decide(edge, batch)

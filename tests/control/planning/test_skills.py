@@ -8,6 +8,7 @@ from ichain_drake.control.planning.skills import Skills, learn_skills
 from ichain_drake.control.planning.travel import corners, resting_states, step_towards
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.status.events import SwitchingWindow
 
 BOX, VALVE = Interaction("hand", "box"), Interaction("hand", "valve")
 SPACE = GRAPH.objects["hand"]
@@ -41,6 +42,19 @@ def test_letting_go_keeps_the_grasp_until_it_opens() -> None:
     path = skills.path(model, BOX, False, states, 0)
     assert path[0, 3] == 0.0
     np.testing.assert_allclose(path[0, :3], [0.36, 0.09, 0.01], atol=0.004)
+
+
+def test_what_was_taken_again_at_once_was_no_letting_go() -> None:
+    model, skills, _ = learned()
+    states = readings(fresh()) | {"hand": np.array([0.36, 0.09, 0.01, 1.0])}
+    whole = skills.path(model, BOX, False, states, 0)
+    shown = skills.deactivations[BOX]
+    # However sure the classifier is of where it ended: it ended there because the hand was about to close again.
+    away = np.vstack([shown[0].root[: shown[0].event], shown[0].root[shown[0].event] + [0.5, 0.5, 0.5, 0.0]])
+    again = SwitchingWindow(away, shown[0].child, shown[0].event)
+    with_it = Skills(skills.activations, {BOX: (again, *shown)})
+    np.testing.assert_array_equal(with_it.path(model, BOX, False, states, 0), whole)
+    assert len(Skills(skills.activations, {BOX: (again,)}).path(model, BOX, False, states, 0)) > 0  # all there is
 
 
 def test_a_designers_function_stands_in() -> None:
