@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from ichain_drake.scenarios import GraphScenario, PathScenario, Scenario
     from ichain_drake.scenarios.build import build_world
     from ichain_drake.scenarios.config import ScenarioConfig
+    from ichain_drake.scenarios.environment_scenario import EnvironmentScenario
     from ichain_drake.scenarios.faults import Faults, GoalFaultConfig
     from ichain_drake.scenarios.graph_scenario import GraphConfig
     from ichain_drake.scenarios.hand_commands import HandCommands
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
     from ichain_drake.visualization import Camera, Recording, load_recording, write_playback
     from ichain_drake.world import World
+    from ichain_drake.world.environment_spec import EnvironmentSpec, RootTerm
 
 _MODULES = {
     "errors": ("IchainError", "InputError", "UnreachableError"),
@@ -107,6 +109,8 @@ _MODULES = {
     "scenarios.graph_scenario": ("GraphConfig",),
     "scenarios.hand_commands": ("HandCommands",),
     "runs.goals.knowledge": ("Knowledge", "learn_graph"),
+    "scenarios.environment_scenario": ("EnvironmentScenario",),
+    "world.environment_spec": ("EnvironmentSpec", "RootTerm"),
     "scenarios.faults": ("Faults", "GoalFaultConfig"),
     "scenarios.object_maker": ("ObjectMaker",),
     "scenarios.scripted_piece": ("ScriptedPiece",),
@@ -134,6 +138,8 @@ __all__ = [
     "ControlCandidates",
     "Controller",
     "Demonstration",
+    "EnvironmentScenario",
+    "EnvironmentSpec",
     "EstimatorSpec",
     "ForwardModel",
     "GameEnvironment",
@@ -171,6 +177,7 @@ __all__ = [
     "Recording",
     "RobotSpec",
     "Role",
+    "RootTerm",
     "Scenario",
     "ScenarioConfig",
     "ScriptedPiece",

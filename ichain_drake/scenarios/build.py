@@ -12,6 +12,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.robot import HAND
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import PathScenario, Scenario
+from ichain_drake.scenarios.environment_scenario import EnvironmentScenario
 from ichain_drake.scenarios.graph_scenario import GraphScenario
 from ichain_drake.simulation.episode import Prepare
 from ichain_drake.world.world import World
@@ -42,6 +43,8 @@ def build_world(
     """
     make = _maker(scenario, path, run)
     world, prepare = make(scenario)
+    if isinstance(scenario, EnvironmentScenario):
+        return world  # it begins at its start
     context = world.CreateDefaultContext()
     prepare(context)
     robot = world.robot.GetMyContextFromRoot(context)
