@@ -142,7 +142,13 @@ def test_dependencies_are_what_the_package_imports() -> None:
     extras = PROJECT["project"]["optional-dependencies"]
     core, *optional = (
         {re.split(r"[<>=!~\[; ]", r, maxsplit=1)[0].lower() for r in group}
-        for group in (PROJECT["project"]["dependencies"], extras["games"], extras["logs"], extras["onnx"])
+        for group in (
+            PROJECT["project"]["dependencies"],
+            extras["games"],
+            extras["logs"],
+            extras["minari"],
+            extras["onnx"],
+        )
     )
     assert used | required_by_name() == core.union(*optional)
 

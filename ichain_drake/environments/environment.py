@@ -89,12 +89,28 @@ class SystemEnvironment(gymnasium.Env[FloatArray, FloatArray]):
         """
         super().reset(seed=seed)
         self.scenario.seed = int(self.np_random.integers(_SEEDS))
-        world, prepare = self._world()
+        return self.begin(*self._world())
+
+    def begin(self, world: World, prepare: Prepare) -> tuple[FloatArray, dict[str, Any]]:
+        """Begin an episode in a world that the scenario made.
+
+        Args:
+            world: the world.
+            prepare: puts it into its start state.
+
+        Returns:
+            As `reset`.
+        """
         self._hand = _Held(start_command(world, prepare))
         self._episode = Episode(world, self._hand, prepare, log=False)
         self._tick = 0
         self._judge.begin(self._all("state"), self._all("active"))
         return self._observe(self._all("measured")), self._info(success=False)
+
+    @property
+    def command(self) -> FloatArray:
+        """The hand command that is in force, shape (n_hand,): the last action as it was taken."""
+        return self._hand.command.copy()
 
     def step(self, action: FloatArray) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
         """One tick under a hand command.

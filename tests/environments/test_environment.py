@@ -35,7 +35,7 @@ def test_steps_are_the_ticks_of_a_recorded_demonstration() -> None:
     env = ic.make_env(scenario)
     env.reset(seed=3)
     scenario.seed = env.scenario.seed
-    commands = np.tile(env._hand.command, (12, 1))
+    commands = np.tile(env.command, (12, 1))
     commands[2:, 2] += 0.03
     world, prepare = scenario.make_world(0)
     piece = ic.record(world, prepare, ic.Commands(commands), 12, tuple(scenario.graph.objects), "moves")
@@ -81,18 +81,26 @@ def test_commands_out_of_bounds_are_taken_to_them_and_what_counts_is_rounded() -
     env = ic.make_env("water_dispenser")
     env.reset(seed=0)
     env.step(np.full(len(env.command_names), 10.0))
-    np.testing.assert_array_equal(env._hand.command, env.action_space.high)
+    np.testing.assert_array_equal(env.command, env.action_space.high)
     action = env.action_space.high.copy()
     action[env.command_names.index("grip")] = 0.4
     env.step(action)
-    assert env._hand.command[env.command_names.index("grip")] == 0.0
+    assert env.command[env.command_names.index("grip")] == 0.0
+
+
+def test_it_steps_with_the_arm_in_it() -> None:
+    env = ic.make_env("kettle", "contact")
+    seen, _ = env.reset(seed=0)
+    after, reward, ended, late, info = env.step(env.command)
+    assert np.abs(after - seen).max() < 0.2, "a hand that is told to stay moved"
+    assert (reward, ended, late, info["success"]) == (0.0, False, False, False)
 
 
 def test_a_late_episode_is_cut_short_and_a_lost_path_ends() -> None:
     env = ic.make_env("car_game", settings="noise.scale=0")
     env.reset(seed=0)
     env._judge.limit = 2
-    rest = env._hand.command
+    rest = env.command
     _, _, ended, late, info = env.step(rest)
     assert not late
     *_, ended, late, info = env.step(rest)
