@@ -1,13 +1,12 @@
 """Behaviour cloning on a system as a Gymnasium environment (extra: games): a driver is watched, then copied."""
 
+import gymnasium
 import numpy as np
 from sklearn.linear_model import Ridge
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 
-import ichain_drake as ic
-
-env = ic.make_env("car_game", path="eight", lookahead=2)
+env = gymnasium.make("ichain_drake.environments:ichain/CarGame-v0", path="eight", lookahead=2).unwrapped
 SEEN = [
     env.observation_names.index(n) for n in ("wanted.x+2", "wanted.y+2", "car.heading", "car.speed", "car.yaw_rate")
 ]

@@ -121,10 +121,10 @@ def test_a_stopwatch_restores_drake_and_counts_callbacks() -> None:
 
 def test_a_robot_without_a_plant_is_refused() -> None:
     game = CarGame((), "ideal")
-    world, prepare = game.make_world(TimedPath(game.reference_paths()["eight"], game.path_limits()), 0)
+    world = game.make_world(TimedPath(game.reference_paths()["eight"], game.path_limits()), 0)
     player = Player(np.array([0.5, 0.0]), 0.01, 0.01, 3, [0])
     with pytest.raises(InputError, match="needs a robot with a plant"):
-        BarePlant(Episode(world, player, prepare, log=False), 1.0)
+        BarePlant(Episode(world, player, log=False), 1.0)
 
 
 def test_measures() -> None:

@@ -99,9 +99,7 @@ def run(
     SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
     """
     from ichain_drake import rules
-    from ichain_drake.cli.graph import run_goal_scenario
-    from ichain_drake.cli.run import RunFiles, run_path_scenario
-    from ichain_drake.scenarios import PathScenario
+    from ichain_drake.cli.run import RunFiles, asked_for, run_scenario
 
     if more and not (paths or goal):
         raise IchainError(f"unexpected argument {more[0]!r}; names of paths go behind --paths, goals behind --goal")
@@ -110,20 +108,11 @@ def run(
     loaded = scenario_named(scenario, settings, physics, seed)
     files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
     with rules.without(without):
-        if not isinstance(loaded, PathScenario):
-            if path or paths:
-                raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
-            return run_goal_scenario(
-                loaded, files, [*goal, *more], demos, library, resampled=resample, meshcat=meshcat, realtime=realtime
-            )
-        if goal:
-            raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
-        if smooth and not path:
-            raise IchainError("--smooth is for --path: reference paths are smooth")
-        return run_path_scenario(
-            loaded, files, path, [*paths, *more], demos, library, oracle=oracle, resampled=resample, smooth=smooth,
-            meshcat=meshcat, realtime=realtime,
-        )  # fmt: skip
+        asked = (goal, [*paths, *more]) if paths else ([*goal, *more], paths)
+        started = asked_for(loaded, asked[0], path, asked[1], smooth=smooth)
+        return run_scenario(
+            started, files, path, demos, library, oracle=oracle, resampled=resample, meshcat=meshcat, realtime=realtime
+        )
 
 
 @app.command()
@@ -145,7 +134,7 @@ def plan(
     settings: tuple[str, ...],
 ) -> int:
     """Print the plan for a goal over an interaction graph, or why there is none."""
-    from ichain_drake.cli.graph import print_plan
+    from ichain_drake.cli.plan import print_plan
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)

@@ -17,8 +17,8 @@ from ichain_drake.environments.judges import GoalJudge, Judge, PathJudge
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios.base import PathScenario, Scenario
 from ichain_drake.scenarios.graph_scenario import GraphScenario
-from ichain_drake.simulation.episode import Episode, Prepare
-from ichain_drake.simulation.goal_episode import start_command
+from ichain_drake.simulation.episode import Episode
+from ichain_drake.simulation.wiring import start_command
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
@@ -89,20 +89,19 @@ class SystemEnvironment(gymnasium.Env[FloatArray, FloatArray]):
         """
         super().reset(seed=seed)
         self.scenario.seed = int(self.np_random.integers(_SEEDS))
-        return self.begin(*self._world())
+        return self.begin(self._world())
 
-    def begin(self, world: World, prepare: Prepare) -> tuple[FloatArray, dict[str, Any]]:
+    def begin(self, world: World) -> tuple[FloatArray, dict[str, Any]]:
         """Begin an episode in a world that the scenario made.
 
         Args:
-            world: the world.
-            prepare: puts it into its start state.
+            world: the world; its default context is where the episode starts.
 
         Returns:
             As `reset`.
         """
-        self._hand = _Held(start_command(world, prepare))
-        self._episode = Episode(world, self._hand, prepare, log=False)
+        self._hand = _Held(start_command(world))
+        self._episode = Episode(world, self._hand, log=False)
         self._tick = 0
         self._judge.begin(self._all("state"), self._all("active"))
         return self._observe(self._all("measured")), self._info(success=False)
@@ -178,7 +177,7 @@ class SystemEnvironment(gymnasium.Env[FloatArray, FloatArray]):
             raise InputError("imitation: no piece is given; record some with the scenario")
         return np.concatenate(observations), np.concatenate(actions)
 
-    def _world(self) -> tuple[World, Prepare]:
+    def _world(self) -> World:
         """The world of run 0 of the episode's seed."""
         if self._path is not None:
             return self.scenario.make_world(self._path, 0)  # type: ignore[attr-defined, no-any-return]

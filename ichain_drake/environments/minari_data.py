@@ -52,7 +52,7 @@ def played_script(env: SystemEnvironment) -> Iterator[Played]:
     rng = np.random.default_rng([scenario.seed, scenario.script_purpose])
     for number, piece in enumerate(scenario.script(rng)):
         piece.check(scenario.graph)
-        seen, _ = env.begin(*scenario.build_world(piece.start, FIRST_DEMONSTRATION + number))
+        seen, _ = env.begin(scenario.build_world(piece.start, FIRST_DEMONSTRATION + number))
         observations, actions, rewards = [seen], [], []
         terminated = truncated = False
         for command in piece.commands:

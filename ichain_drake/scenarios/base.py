@@ -22,7 +22,6 @@ from ichain_drake.scenarios.config import ScenarioConfig, as_plain, load_config
 from ichain_drake.scenarios.given import declared
 from ichain_drake.scenarios.seats import Seat, place_seat
 from ichain_drake.settings import check_settings
-from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.visualization import Camera
 from ichain_drake.world.world import World
@@ -118,6 +117,18 @@ class Scenario(ABC):
     def drawings(self) -> Mapping[str, Any]:
         """How objects look in a playback, by name (see `visualization.Drawing`)."""
 
+    def start_world(self, path: str | TimedPath = "", run: int = 0) -> World:
+        """A world whose default context is the start of a run; see `build_world`.
+
+        Args:
+            path: that the last object starts on, or its name, where there are paths.
+            run: number of the run.
+
+        Raises:
+            InputError: if it has neither paths nor a goal, or not this path.
+        """
+        raise InputError(f"{self.name} has neither paths nor a goal; build its world from its graph and objects")
+
     def drawn_plant(self) -> Diagram | None:
         """A diagram with the plant whose positions are logged; None where there is none."""
         return None
@@ -177,17 +188,30 @@ class PathScenario(Scenario):
         """How paths are followed."""
 
     @abstractmethod
-    def make_world(self, path: TimedPath, run: int) -> tuple[World, Prepare]:
-        """A world for one run.
+    def make_world(self, path: TimedPath, run: int) -> World:
+        """A world for one run; its default context is the start.
 
         Args:
             path: the path that the last object starts on.
             run: number of the run; keys its noise.
         """
 
-    @abstractmethod
-    def robot_seconds(self) -> Mapping[str, float]:
-        """Simulated robot time that recording took for each interaction [s]."""
+    def timed_path(self, name: str) -> TimedPath:
+        """A reference path as it is followed.
+
+        Raises:
+            InputError: if there is none of that name.
+        """
+        paths = self.reference_paths()
+        if name not in paths:
+            raise InputError(f"{self.name} has no path {name!r}; it has {', '.join(paths)}")
+        return TimedPath(paths[name], self.path_limits())
+
+    def start_world(self, path: str | TimedPath = "", run: int = 0) -> World:
+        """On a path, the first of the reference paths by default."""
+        if isinstance(path, str):
+            path = self.timed_path(path or next(iter(self.reference_paths())))
+        return self.make_world(path, run)
 
     @abstractmethod
     def monolithic_demonstration(self, count: int) -> Demonstration:

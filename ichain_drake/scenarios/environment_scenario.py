@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from pydrake.systems.framework import Context, Diagram
+from pydrake.systems.framework import Diagram
 
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects.base import WorldObject
@@ -16,7 +16,6 @@ from ichain_drake.robot import Physics
 from ichain_drake.scenarios.graph_scenario import GraphScenario
 from ichain_drake.scenarios.hand_commands import HandCommands
 from ichain_drake.scenarios.object_maker import ObjectMaker
-from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray
 from ichain_drake.world.environment_spec import EnvironmentSpec
 from ichain_drake.world.environment_world import environment_world
@@ -68,12 +67,10 @@ class EnvironmentScenario(GraphScenario[int]):
         """None of its own: the environment has them."""
         return {}
 
-    def build_world(
-        self, start: int, run: int, physics: Physics | None = None, *, faulty: bool = False
-    ) -> tuple[World, Prepare]:
+    def build_world(self, start: int, run: int, physics: Physics | None = None, *, faulty: bool = False) -> World:
         """The environment's world, started by a seed; arguments as those of `GraphScenario`."""
         seed = self.seed * _RUNS_PER_SEED + run
-        return environment_world(self.opened, start, seed, self.config.noise.scale), _as_built
+        return environment_world(self.opened, start, seed, self.config.noise.scale)
 
     def start_states(self, start: int) -> dict[str, FloatArray]:
         """True states of all objects after a reset, what is observable, for scripts that look before they act.
@@ -106,7 +103,3 @@ class EnvironmentScenario(GraphScenario[int]):
     def drawn_plant(self) -> Diagram | None:
         """None: no arm of ours is there."""
         return None
-
-
-def _as_built(context: Context) -> None:
-    """The default context is the start."""

@@ -37,8 +37,7 @@ def test_steps_are_the_ticks_of_a_recorded_demonstration() -> None:
     scenario.seed = env.scenario.seed
     commands = np.tile(env.command, (12, 1))
     commands[2:, 2] += 0.03
-    world, prepare = scenario.make_world(0)
-    piece = ic.record(world, prepare, ic.Commands(commands), 12, tuple(scenario.graph.objects), "moves")
+    piece = ic.record(scenario.make_world(0), ic.Commands(commands), 12, tuple(scenario.graph.objects), "moves")
     rows, given = env.imitation([piece])
     np.testing.assert_array_equal(given, commands[: len(given)])
     observed = [env.reset(seed=3)[0], *(env.step(c)[0] for c in commands)]
@@ -59,10 +58,8 @@ def test_a_seed_decides_about_all_episodes_that_follow() -> None:
 def test_the_seed_of_an_episode_is_that_of_a_run() -> None:
     env = ic.make_env("water_dispenser", settings="noise.scale=0")
     seen, info = env.reset(seed=5)
-    world, prepare = ic.load_scenario("water_dispenser", "noise.scale=0", "ideal", info["seed"]).make_world(0)
-    context = world.CreateDefaultContext()
-    prepare(context)
-    cup = world.GetOutputPort("cup.measured").Eval(context)
+    world = ic.load_scenario("water_dispenser", "noise.scale=0", "ideal", info["seed"]).make_world(0)
+    cup = world.GetOutputPort("cup.measured").Eval(world.CreateDefaultContext())
     names = [n.partition(".")[0] for n in env.observation_names]
     np.testing.assert_array_equal(seen[np.array(names) == "cup"], cup)
 

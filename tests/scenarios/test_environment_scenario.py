@@ -18,15 +18,15 @@ GOAL = ("crate.x >= 0.8", "not claw->crate")
 
 
 @pytest.fixture(scope="module")
-def knowledge() -> ic.Knowledge:
+def model() -> ic.InteractionModel:
     scenario = CrateScenario(seed=0)
-    return ic.learn_graph(list(scenario.record_demonstrations()), scenario.graph)
+    return ic.learn(scenario.graph, list(scenario.record_demonstrations()))
 
 
 @pytest.mark.parametrize("seed", [10, 11, 12])
-def test_what_was_learned_on_one_seed_reaches_the_goal_on_others(knowledge: ic.Knowledge, seed: int) -> None:
+def test_what_was_learned_on_one_seed_reaches_the_goal_on_others(model: ic.InteractionModel, seed: int) -> None:
     run = ic.GraphRun(CrateScenario(seed=seed), GOAL)
-    ic.run_graph(run, knowledge=knowledge)
+    ic.run_graph(run, known=model)
     assert run.goal_reached, run.reason
     assert run.log is not None
     assert run.log.states["crate"][-1, 0] >= 0.8

@@ -44,7 +44,7 @@ def test_reference_paths_lie_in_the_plane_and_begin_a_run(name: str) -> None:
     made = scenario(name)
     for path in choose_paths(made).values():
         assert (path.points > 0).all() and (path.points < made.size).all()
-        world, _ = made.make_world(path, 0)
+        world = made.make_world(path, 0)
         state = world.objects[made.target].get_state(world.objects[made.target].CreateDefaultContext())
         assert np.linalg.norm(state[:2] - path.points[0]) < 0.1 * made.target_length
         assert state[3] == pytest.approx(path.speed[0])
@@ -127,7 +127,7 @@ def test_a_short_drive_in_ideal_and_by_contact(folder: Path) -> None:
 
 def test_nothing_joins_gripper_and_wheel() -> None:
     made = scenario("driving", physics="contact")
-    world, _ = made.make_world(choose_paths(made, ["eight"])["eight"], 0)
+    world = made.make_world(choose_paths(made, ["eight"])["eight"], 0)
     robot = world.robot
     assert isinstance(robot, ArmRobot)
     plant = robot.plant

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from ichain_drake.demonstrations import data_hash
 from ichain_drake.errors import InputError
 from ichain_drake.learning.library import load_command, load_links, save_chain
 from ichain_drake.objects import check_object
@@ -18,7 +19,6 @@ from ichain_drake.runs.paths.link_accuracy import learn_first_link
 from ichain_drake.runs.paths.output import make_recording
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.runs.paths.run import run_paths
-from ichain_drake.runs.provenance import data_hash
 from ichain_drake.scenarios import build_world
 from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
@@ -65,7 +65,7 @@ def test_it_is_the_same_game_as_the_original() -> None:
 
 def test_the_game_keeps_the_contract_of_objects() -> None:
     scenario = racing()
-    world, _ = scenario.make_world(choose_paths(scenario, ["lap"])["lap"], 0)
+    world = scenario.make_world(choose_paths(scenario, ["lap"])["lap"], 0)
     game = scenario.make_target(scenario.idle_state(), world.objects["car"].settings)
     check_object(game)
     assert game.state_space.observable.names == ("x", "y", "heading", "speed", "drift", "yaw_rate")
@@ -112,7 +112,7 @@ def test_a_push_moves_the_whole_car() -> None:
     state = scenario.car_at(np.array([100.0, 500.0]), 0.3, 12.0)
     for _ in range(20):
         state = scenario.environment.step(state, np.array([0.2, 0.05, 0.0]), np.zeros(0))
-    world, _ = scenario.build_world(state, [0.0, 0.0], 0)
+    world = scenario.build_world(state, [0.0, 0.0], 0)
     car = world.objects["car"]
     context = car.CreateDefaultContext()
     pushed = state.copy()
@@ -132,7 +132,7 @@ def test_the_clock_is_the_games_own() -> None:
     """50 steps a second: in 30 frames as many, and a rolling car goes as far as its speed says."""
     scenario = racing()
     state = start = scenario.car_at(np.array([100.0, 500.0]), 0.3, 12.0)
-    game = scenario.make_target(start, scenario.build_world(start, [0, 0], 0)[0].objects["car"].settings)
+    game = scenario.make_target(start, scenario.build_world(start, [0, 0], 0).objects["car"].settings)
     for _ in range(30):
         state = game.step(state, STICK, ON, np.zeros(0), FRAME)
     assert state[game.state_space.index("steps")] == 50

@@ -30,7 +30,7 @@ def test_paths_are_on_the_screen_and_no_tighter_than_it_can_go() -> None:
 def test_a_run_starts_on_its_path_with_the_fan_running() -> None:
     scenario = game()
     path = choose_paths(scenario, ["waves"])["waves"]
-    world, _ = scenario.make_world(path, 0)
+    world = scenario.make_world(path, 0)
     state = world.objects["hovercraft"].get_state(world.objects["hovercraft"].CreateDefaultContext())
     assert np.hypot(*(state[:2] - path.points[0])) < 5
     assert state[2] == pytest.approx(path.direction[0])

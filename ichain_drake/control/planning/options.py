@@ -12,19 +12,10 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.control.planning.model import (
-    Batch,
-    BoolArray,
-    GraphModel,
-    conserved,
-    is_change,
-    keeps,
-    row,
-    span,
-    take,
-)
+from ichain_drake.control.planning.model import Batch, BoolArray, conserved, is_change, keeps, row, span, take
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -86,7 +77,7 @@ class DriveOption:
     motion: Motion | None = None
 
 
-def find_carries(model: GraphModel) -> tuple[CarryOption, ...]:
+def find_carries(model: InteractionModel) -> tuple[CarryOption, ...]:
     """Objects that the robot can carry, in the graph's order."""
     found = []
     for edge in model.graph.interactions:
@@ -99,7 +90,7 @@ def find_carries(model: GraphModel) -> tuple[CarryOption, ...]:
     return tuple(found)
 
 
-def _followers(model: GraphModel, edge: Interaction) -> IntArray:
+def _followers(model: InteractionModel, edge: Interaction) -> IntArray:
     """Variables that change with the robot's motion, not while it is still, and keep their value when let go."""
     samples = model.edges[edge].examples.active
     root, child = samples[edge.parent], samples[edge.child]
@@ -117,7 +108,7 @@ def _followers(model: GraphModel, edge: Interaction) -> IntArray:
     return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & (still < _AT_REST * moved))
 
 
-def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
+def chains(model: InteractionModel) -> tuple[tuple[Interaction, ...], ...]:
     """All chains of interactions from the robot to an object, short ones first."""
     graph = model.graph
     found = []
@@ -129,7 +120,7 @@ def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
     return tuple(sorted(found, key=len))
 
 
-def find_drives(model: GraphModel, carries: tuple[CarryOption, ...]) -> tuple[DriveOption, ...]:
+def find_drives(model: InteractionModel, carries: tuple[CarryOption, ...]) -> tuple[DriveOption, ...]:
     """Chains with the variables that they drive, as predicted from demonstrated samples of all the chain active."""
     by_edge = {c.edge: c for c in carries}
     samples, owner, every = [], [], chains(model)
@@ -152,7 +143,7 @@ def find_drives(model: GraphModel, carries: tuple[CarryOption, ...]) -> tuple[Dr
     return tuple(d for d in out if not _subsumed(model, d, out))
 
 
-def _subsumed(model: GraphModel, drive: DriveOption, every: list[DriveOption]) -> bool:
+def _subsumed(model: InteractionModel, drive: DriveOption, every: list[DriveOption]) -> bool:
     """Whether a carried object drives more than the chain says, and a longer chain says so."""
     if not enabled("subsumed"):
         return False
@@ -164,7 +155,7 @@ def _subsumed(model: GraphModel, drive: DriveOption, every: list[DriveOption]) -
     return drive.carry is not None and any(float(model.decide(e, drive.hold)) >= 0 for e in longer)
 
 
-def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
+def _joint_samples(model: InteractionModel, chain: tuple[Interaction, ...]) -> Batch:
     """Demonstrated states in which every interaction of a chain is active, by the classifiers."""
     parts = [model.edges[e].examples.active for e in chain]
     batch = {n: np.concatenate([p[n] for p in parts]) for n in model.graph.objects}
@@ -177,7 +168,7 @@ def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
     return take(batch, rows)
 
 
-def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
+def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
     """Change of every object over some ticks with the robot held still, shape (n, n_variables) each."""
     now = {n: v.copy() for n, v in batch.items()}
     status = None
@@ -187,7 +178,7 @@ def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
 
 
 def _drives_of(
-    model: GraphModel,
+    model: InteractionModel,
     chain: tuple[Interaction, ...],
     carry: CarryOption | None,
     batch: Batch,
@@ -198,6 +189,7 @@ def _drives_of(
     follow = carry.follow if carry is not None and len(chain) == 1 else ()
     least = np.maximum(LEAST_CHANGE * span(model, target), NOISES * model.noise[target])
     usable = keeps(model, target) & ~is_change(model, target)
+    further = _probe(model, batch, _LONG_TICKS)
     out = []
     for v in np.flatnonzero(usable):
         if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
@@ -208,8 +200,9 @@ def _drives_of(
             fastest = int(np.argmax(speed))
             if speed[fastest] < max(_LEAST_RATE * least[v], _BIAS * largest):
                 continue
-            # How far each way of holding the chain gets, all from the same contents: those of the fastest sample.
-            poses = _in_context(model, chain[0].child, carry, batch, fastest)
+            # How far each way of holding the chain gets, all from the same contents: those that leave most room for it.
+            roomy = int(np.argmax(direction * further[target][:, v]))
+            poses = _in_context(model, chain[0].child, carry, batch, roomy)
             total = direction * _probe(model, poses, _LONG_TICKS)[target][:, v]
             best = float(total.max())
             if best < least[v]:
@@ -228,7 +221,7 @@ def _drives_of(
     return out
 
 
-def _in_context(model: GraphModel, first: str, carry: CarryOption | None, batch: Batch, context: int) -> Batch:
+def _in_context(model: InteractionModel, first: str, carry: CarryOption | None, batch: Batch, context: int) -> Batch:
     """The robot and the pose of the chain's first object of each sample, everything else of one of them."""
     out = {n: np.repeat(v[context][None], len(v), axis=0) for n, v in batch.items()}
     out[model.graph.root] = batch[model.graph.root].copy()
@@ -237,7 +230,7 @@ def _in_context(model: GraphModel, first: str, carry: CarryOption | None, batch:
     return out
 
 
-def _brimful(model: GraphModel, carry: CarryOption, batch: Batch) -> Batch:
+def _brimful(model: InteractionModel, carry: CarryOption, batch: Batch) -> Batch:
     """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
     if not enabled("brimful"):
         return batch
@@ -248,7 +241,7 @@ def _brimful(model: GraphModel, carry: CarryOption, batch: Batch) -> Batch:
     return out
 
 
-def _quiet_row(model: GraphModel, carry: CarryOption, batch: Batch, quiet: BoolArray, hold: int) -> int:
+def _quiet_row(model: InteractionModel, carry: CarryOption, batch: Batch, quiet: BoolArray, hold: int) -> int:
     """The quiet sample from which a drive begins; the driving one itself if there is none.
 
     Near the driving sample, and in each variable near a value at which the object was let go.
@@ -267,7 +260,7 @@ def _quiet_row(model: GraphModel, carry: CarryOption, batch: Batch, quiet: BoolA
     return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])
 
 
-def _unseen(model: GraphModel, carry: CarryOption, poses: FloatArray, width: FloatArray) -> FloatArray:
+def _unseen(model: InteractionModel, carry: CarryOption, poses: FloatArray, width: FloatArray) -> FloatArray:
     """How far poses, not turned yet, are from demonstrated ones, in demonstrated ranges, shape (n,).
 
     Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.

@@ -57,16 +57,6 @@ class Column:
     floor: float = 0.0
     turns: tuple[int, ...] = ()
 
-    @property
-    def parent_variables(self) -> tuple[int, ...]:
-        """Indices of the parent's variables that it depends on."""
-        if self.source == "child":
-            return ()
-        if self.source == "aligned_change":
-            assert self.alignment is not None
-            return (*self.alignment.parent.indices, *self.alignment.angles)
-        return (self.index, self.mixes[0]) if self.source == "mixing" else (self.index,)
-
     def declares(self, variable: int) -> bool:
         """Whether, by its role, a variable of the child may change by just this: moved, turned, received, mixed."""
         if self.source == "aligned_change":

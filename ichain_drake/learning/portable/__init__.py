@@ -53,7 +53,7 @@ def _link(saved: SavedLink) -> dict[str, bytes]:
 
 
 def _graph(saved: SavedGraph) -> dict[str, bytes]:
-    model = saved.known(saved.graph()).model
+    model = saved.known(saved.graph())
     files: dict[str, bytes] = {}
     for edge in model.graph.interactions:
         stem = link_name(edge.parent, edge.child)

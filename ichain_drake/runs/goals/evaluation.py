@@ -11,8 +11,8 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError, WorkerLostError
+from ichain_drake.learning import InteractionModel
 from ichain_drake.runs.goals.fresh import FreshSeed, SharedTrial, record_pieces, try_to_learn
-from ichain_drake.runs.goals.knowledge import Knowledge
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.goals.status_accuracy import (
     LEAST_EVENTS,
@@ -175,7 +175,7 @@ def _prepare(what: GoalEvaluation, say: Say, found: dict[str, Any]) -> list[Fres
     if isinstance(learned.get(ALL_PIECES), str):
         raise InputError(str(learned[ALL_PIECES]))
     if what.wants_scores:
-        _score(what, pieces, held_out, cast("Knowledge", learned[ALL_PIECES]), say, found)
+        _score(what, pieces, held_out, cast("InteractionModel", learned[ALL_PIECES]), say, found)
     if what.shared:
         for v in variants:
             for number in range(what.trials):
@@ -188,7 +188,7 @@ def _score(
     what: GoalEvaluation,
     pieces: Sequence[Demonstration],
     held_out: list[list[Demonstration]],
-    known: Knowledge,
+    known: InteractionModel,
     say: Say,
     found: dict[str, Any],
 ) -> None:
@@ -209,16 +209,15 @@ def _score(
 
 
 def score_classifiers(
-    scenario: GoalScenario, knowledge: Knowledge, held_out: Sequence[Demonstration]
+    scenario: GoalScenario, model: InteractionModel, held_out: Sequence[Demonstration]
 ) -> list[dict[str, Any]]:
     """One line per interaction; see `held_out_scores` and `probe_scores`.
 
     Args:
         scenario: knows true regions if it is a `HasProbes`.
-        knowledge: what was learned.
+        model: what was learned.
         held_out: pieces that it was not learned from.
     """
-    model = knowledge.model
     with threadpool_limits(limits=1):
         scores = held_out_scores(model, held_out)
         lines = []

@@ -24,8 +24,8 @@ from ichain_drake.runs.paths.link_accuracy import (
     measure_first_link,
 )
 from ichain_drake.runs.paths.result import PathResult
-from ichain_drake.runs.paths.run import check_settings
 from ichain_drake.runs.paths.summary import ORACLE, summarise
+from ichain_drake.runs.pieces import check_settings
 from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_jobs
 from ichain_drake.scenarios.base import PathScenario

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ichain_drake.control.planning.options import CarryOption, _unseen
+from ichain_drake.control.planning.options import CarryOption, _unseen, find_drives
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -42,3 +42,28 @@ def test_what_was_passed_through_once_is_not_taken_for_seen() -> None:
 def test_without_positions_every_pose_is_as_good() -> None:
     seen = model([[0.5, 0.0]], roles=False)
     assert not _unseen(seen, carry(), np.array([[0.4, -0.8]]), np.array([0.5, 2.0])).any()  # type: ignore[arg-type]
+
+
+def test_a_drive_is_found_from_where_there_is_room_for_it() -> None:
+    """The fastest sample of a fire that grows with its heat stands just below the hottest there is."""
+    spaces = {n: StateSpace(n, (Variable("z", upper=1.0),)) for n in ("robot", "knob", "pot")}
+    turn, heat = Interaction("robot", "knob"), Interaction("knob", "pot")
+    still = np.zeros((40, 1))
+    samples = {"robot": still, "knob": still, "pot": np.linspace(0.2, 0.97, 40)[:, None]}
+
+    def step(states: dict, root: np.ndarray, active: object = None, *, strict: bool = True) -> tuple[dict, dict]:
+        return {"robot": root, "knob": states["knob"], "pot": np.minimum(states["pot"] * 1.01, 1.0)}, {}
+
+    examples = SimpleNamespace(active=samples)
+    fire = SimpleNamespace(
+        graph=InteractionGraph(spaces, ["robot->knob", "knob->pot"]),
+        edges={e: SimpleNamespace(examples=examples, effects=[SimpleNamespace(variable=0)]) for e in (turn, heat)},
+        passive={n: SimpleNamespace(variables=[SimpleNamespace(kind="hold")]) for n in ("knob", "pot")},
+        low=dict.fromkeys(spaces, np.zeros(1)),
+        high=dict.fromkeys(spaces, np.ones(1)),
+        noise=dict.fromkeys(spaces, np.full(1, 0.004)),
+        decide=lambda e, states: np.ones(len(states["pot"])),
+        step=step,
+    )
+    drives = find_drives(fire, ())  # type: ignore[arg-type]
+    assert [(d.chain, d.direction) for d in drives] == [((turn, heat), 1)]

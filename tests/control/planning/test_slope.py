@@ -10,7 +10,7 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import FloatArray, StateSpace, Variable
 
 EDGE = Interaction("hand", "cup")
-_SPACE = StateSpace([Variable("x", "m", -9, 9), Variable("y", "m", -9, 9), Variable("turn", "rad", kind="angle")])
+_SPACE = StateSpace("body", (Variable("x", "m"), Variable("y", "m"), Variable("turn", "rad", kind="angle")))
 SLACK = np.array([0.005, 0.005, 0.01])
 
 

@@ -22,9 +22,9 @@ from sklearn.svm import SVR
 from small_models import chain
 
 from ichain_drake.cli.main import main
-from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Origin
+from ichain_drake.learning import InteractionModel
 from ichain_drake.learning.chain.models import ForwardModel, InverseModel
 from ichain_drake.learning.estimators import PolynomialGaussianProcess, PolynomialRegressor
 from ichain_drake.learning.estimators.rectified import RectifiedLinearRegressor
@@ -44,8 +44,7 @@ from ichain_drake.learning.portable import (
 from ichain_drake.learning.portable.frozen import add_frozen
 from ichain_drake.learning.portable.graph import OnnxGraph
 from ichain_drake.learning.status.box import Box
-from ichain_drake.runs.goals.knowledge import Knowledge
-from ichain_drake.runs.goals.library import save_knowledge
+from ichain_drake.runs.library import save
 from ichain_drake.state import Role, StateSpace, Variable
 
 pytest.importorskip("onnx", reason="onnx is missing: pip install 'ichain_drake[onnx]'")
@@ -164,8 +163,8 @@ def test_codes_angles_and_origins(features: str, action: str) -> None:
         assert about(content)["ticks_ahead"] == 2
 
 
-def test_the_parts_of_a_graph_take_and_give_states(dispenser_knowledge: Knowledge) -> None:
-    model = dispenser_knowledge.model
+def test_the_parts_of_a_graph_take_and_give_states(dispenser_model: InteractionModel) -> None:
+    model = dispenser_model
     low, high = model.low, model.high
     states = {n: low[n] + RNG.random((50, len(low[n]))) * (high[n] - low[n]) for n in low}
     later = {n: s + 0.05 * RNG.normal(size=s.shape) for n, s in states.items()}
@@ -201,17 +200,15 @@ def test_links_of_a_library_as_files(tmp_path: Path) -> None:
     assert not (tmp_path / "out2").exists()
 
 
-def test_a_graph_of_a_library_as_files(
-    dispenser_knowledge: Knowledge, dispenser_pieces: list[Demonstration], tmp_path: Path
-) -> None:
-    save_knowledge(dispenser_knowledge, dispenser_pieces, tmp_path / "lib", "water_dispenser")
+def test_a_graph_of_a_library_as_files(dispenser_model: InteractionModel, tmp_path: Path) -> None:
+    save(dispenser_model, tmp_path / "lib", "water_dispenser")
     assert (
         main(["library", "export", "graph.water_dispenser", "--library", f"{tmp_path}/lib", "-o", f"{tmp_path}/out"])
         == 0
     )
-    edges = [e.name.replace("->", "-") for e in dispenser_knowledge.model.graph.interactions]
+    edges = [e.name.replace("->", "-") for e in dispenser_model.graph.interactions]
     wanted = {f"{e}.{part}.onnx" for e in edges for part in ("status", "effect")}
-    wanted |= {f"{n}.passive.onnx" for n in dispenser_knowledge.model.passive}
+    wanted |= {f"{n}.passive.onnx" for n in dispenser_model.passive}
     assert {f.name for f in (tmp_path / "out").iterdir()} == wanted
 
 

@@ -10,9 +10,11 @@ import pytest
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations import read_demonstrations
 from ichain_drake.errors import InputError
+from ichain_drake.runs.learn import recorded_seconds
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.runs.paths.run import check_settings, recorded_seconds, run_paths
+from ichain_drake.runs.paths.run import run_paths
+from ichain_drake.runs.pieces import check_settings
 from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
 

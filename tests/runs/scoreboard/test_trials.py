@@ -1,5 +1,7 @@
 """Trials of paths: what `ichain run` does with the same seed, and a row for everything that goes wrong."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -58,7 +60,7 @@ def test_what_raises_is_a_row(monkeypatch, where, cause):
     if where == "follow":
         monkeypatch.setattr(
             "ichain_drake.runs.scoreboard.trials.learn_to_follow",
-            lambda run: setattr(run, "chain", object()) or setattr(run, "controller", object()),
+            lambda run: setattr(run, "model", SimpleNamespace(chain=object())) or setattr(run, "controller", object()),
         )
     rows = run_jobs(make_jobs([case(ShortGame, "line"), case(ShortGame, "wave")], 5))
     assert [(r["success"], r["cause"], r["reason"], r["seed"]) for r in rows] == [
