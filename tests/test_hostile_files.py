@@ -29,6 +29,7 @@ from peak import taking_less_than
 from ichain_drake.control.planning.goal_text import read_goal_text
 from ichain_drake.control.tracking.path import read_path
 from ichain_drake.demonstrations import Demonstration, read_demonstration, resample
+from ichain_drake.demonstrations.importing import import_logs, parse_map
 from ichain_drake.demonstrations.parquet import parquet_bytes
 from ichain_drake.demonstrations.reading import prepare
 from ichain_drake.errors import InputError
@@ -45,7 +46,7 @@ from ichain_drake.settings import check_settings
 from ichain_drake.state import StateSpace, Variable
 from ichain_drake.units import convert
 from ichain_drake.visualization import load_recording
-from ichain_drake.visualization.recording import Episode, Readout, Recording, Strip
+from ichain_drake.visualization.recording import Readout, RecordedEpisode, Recording, Strip
 from ichain_drake.visualization.recording_file import save_recording
 
 MANY = int(os.environ.get("ICHAIN_MANY", "300"))
@@ -93,7 +94,7 @@ def recording_bytes() -> bytes:
     """A recording of two episodes."""
     times = np.arange(4) / 30
     episodes = tuple(
-        Episode(
+        RecordedEpisode(
             name=name, times=times,
             states={o: np.zeros((4, len(s))) for o, s in GRAPH.objects.items()},
             readouts={"speed": Readout(times, "m/s"), "mode": Readout(["a", "b", "a", "b"], "")},
@@ -338,9 +339,50 @@ def resampling(rng: random.Random, place: Path) -> None:
     tried(lambda: resample(Demonstration(frame), GRAPH.objects))
 
 
+# Logs of other tools; those of libraries that are missing are skipped.
+
+LOG_MAP = parse_map({"columns": {"obs/x[0]": "arm.x", "actions[1]": "command.x"}, "rate": 3}, "map")
+TOPICS = parse_map({"columns": {"/arm:x": "arm.x", "/kart:list[0]": "kart.place"}}, "map")
+
+
+@cache
+def hdf5_bytes() -> bytes:
+    h5py = pytest.importorskip("h5py", reason="h5py is missing: pip install 'ichain_drake[logs]'")
+    stream = io.BytesIO()
+    with h5py.File(stream, "w") as file:
+        demo = file.create_group("data/demo_0")
+        demo.create_dataset("actions", data=np.arange(12.0).reshape(6, 2), compression="gzip")
+        demo.create_dataset("obs/x", data=np.arange(6.0)[:, None])
+    return stream.getvalue()
+
+
+@cache
+def mcap_bytes() -> bytes:
+    writer = pytest.importorskip("mcap.writer", reason="mcap is missing: pip install 'ichain_drake[logs]'")
+    stream = io.BytesIO()
+    log = writer.Writer(stream, compression=writer.CompressionType.NONE)
+    log.start()
+    channels = [log.register_channel(t, "json", 0) for t in ("/arm", "/kart")]
+    for i in range(3):
+        for channel, content in zip(channels, ({"x": i / 10}, {"list": [i]}), strict=True):
+            log.add_message(channel, log_time=i, publish_time=i, data=json.dumps(content).encode())
+    log.finish()
+    return stream.getvalue()
+
+
+def hdf5(rng: random.Random, place: Path) -> None:
+    (place / "a.hdf5").write_bytes(damaged(rng, hdf5_bytes()))
+    tried(lambda: import_logs("robomimic", place / "a.hdf5", LOG_MAP))
+
+
+def mcap(rng: random.Random, place: Path) -> None:
+    (place / "a.mcap").write_bytes(damaged(rng, mcap_bytes()))
+    tried(lambda: import_logs("mcap", place / "a.mcap", TOPICS))
+
+
 READERS: tuple[Callable[[random.Random, Path], None], ...] = (
     csv, paths, parquet, arrays, recordings, contents, manifests, reports, kept_rows, open_pieces, scenario_files,
-    settings, goals, estimators, units, resampling,
+    settings, goals, estimators, units, resampling, hdf5, mcap,
 )  # fmt: skip
 
 
@@ -356,7 +398,7 @@ def test_nothing_but_a_result_or_one_line(reader: Callable[[random.Random, Path]
     assert {file.name for file in tmp_path.iterdir()} <= OWN
 
 
-OWN = {"a.csv", "p.csv", "a.parquet", "r.npz", "r.json", "r.rows.jsonl", ".piece.open", "s.yaml"}
+OWN = {"a.hdf5", "a.mcap", "a.csv", "p.csv", "a.parquet", "r.npz", "r.json", "r.rows.jsonl", ".piece.open", "s.yaml"}
 """All that readers may leave: the files that they read."""
 
 

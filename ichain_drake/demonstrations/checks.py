@@ -78,9 +78,8 @@ def _without_time(demo: Piece) -> str:
     names = [str(c) for c in demo.table.columns]
     if set(names) >= _LEROBOT:
         return (
-            f"column {TIME} is missing: this is a table of LeRobot; give each episode_index a file of its own, rename "
-            f"timestamp to {TIME}, split the vectors (observation.state, action) into a column object.variable for "
-            "each entry, and read it with --resample"
+            f"column {TIME} is missing: this is a table of LeRobot; read its data set by `ichain import lerobot DIR "
+            "--map MAP.yaml -o DEMOS --resample`"
         )
     likely = next((n for n in names if n.lower() in _TIME_WORDS), None)
     frames = next((n for n in names if n.lower() in _FRAME_WORDS), None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +23,13 @@ _MOST_BYTES = 2 * 10**8  # of all values together, as Arrow holds them
 _ROWS = 2**14  # of one batch
 
 
-def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
+def read_parquet(file: Path, what: str, only: Collection[str] | None = None) -> tuple[pd.DataFrame, dict[str, str]]:
     """Read a table and the units in its metadata. What pandas says about its index there is not needed.
 
     Args:
         file: which.
         what: it should be, for errors: `the demonstration`.
+        only: names of the columns to read, as far as they are there; all of them by default.
 
     Raises:
         InputError: if it is no Parquet, damaged, or too large.
@@ -47,7 +48,8 @@ def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
             arrow_extensions_enabled=False,
         ) as stored:
             units = _units(stored.metadata.metadata or {}, file, what)
-            return _seconds(_frame(stored, claims)), units
+            table = _frame(stored, claims) if only is None else _chosen(stored, only)
+            return _seconds(table), units
     except InputError:
         raise
     except (Exception, MemoryError) as error:  # whatever pyarrow makes of damage
@@ -91,6 +93,20 @@ def _values(column: pa.ChunkedArray | pa.Array) -> pd.Series | NDArray[Any]:
 
 def _nothing(rows: int) -> NDArray[Any]:
     return np.full(rows, None)
+
+
+def _chosen(stored: pq.ParquetFile, only: Collection[str]) -> pd.DataFrame:
+    """All rows of some columns, bit by bit; lists as they are."""
+    schema = pa.schema([f for f in stored.schema_arrow if f.name in only])
+    batches, total = [], 0
+    for batch in stored.iter_batches(_ROWS, columns=schema.names, use_threads=False):
+        total += batch.nbytes
+        if total > _MOST_BYTES:
+            raise TooMuchError(f"it holds more than {_MOST_BYTES / 1e6:.0f} MB; split it")
+        # Pyarrow takes a name for the beginning of others, too.
+        batches.append(batch.select(schema.names))
+    table: pd.DataFrame = (pa.Table.from_batches(batches) if batches else schema.empty_table()).to_pandas()
+    return table
 
 
 def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, str]:

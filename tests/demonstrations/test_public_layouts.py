@@ -102,7 +102,7 @@ REFUSED = {
     "NGSIM": (ngsim, "log.csv", "time is missing; rename Global_Time, .*; rows of each Vehicle_ID need a file"),
     "highD": (highd, "log.csv", "time is missing; make it of frame, divided by the rate.*rows of each id need a file"),
     "INTERACTION": (interaction, "log.csv", "time is missing; rename timestamp_ms, .*or name its unit"),
-    "LeRobot": (lerobot, "episode_000000.parquet", "this is a table of LeRobot; give each episode_index a file"),
+    "LeRobot": (lerobot, "episode_000000.parquet", "this is a table of LeRobot; read its data set by .ichain import"),
 }  # fmt: skip
 
 

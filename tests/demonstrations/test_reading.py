@@ -103,7 +103,7 @@ def test_a_table_of_lerobot_says_what_to_do(tmp_path: Path) -> None:
         }
     )  # fmt: skip
     frame.to_parquet(tmp_path / "episode_000000.parquet")
-    with pytest.raises(InputError, match=r"this is a table of LeRobot; .*rename timestamp to time.*--resample"):
+    with pytest.raises(InputError, match=r"this is a table of LeRobot; .*ichain import lerobot .*--resample"):
         read_demonstrations(tmp_path, GRAPH)
 
 
