@@ -60,6 +60,14 @@ def test_the_page_and_the_example_are_the_same_code() -> None:
     assert example.split("\n", 2)[2].strip() == code
 
 
+def test_lines_for_launchers_of_clusters_are_python() -> None:
+    """They need a cluster to run; elsewhere code on a page is run."""
+    found = re.findall(r"^```py\n(.*?)^```", (ROOT / "docs" / "clusters.md").read_text(), re.MULTILINE | re.DOTALL)
+    assert len(found) == 2
+    for code in found:
+        compile(code, "clusters.md", "exec")
+
+
 def test_no_page_has_code_that_no_test_runs() -> None:
     assert {p.name for p in PAGES if blocks(p)} == {"README.md", "add_your_own_object.md", "add_your_own_system.md"}
 

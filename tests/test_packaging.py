@@ -92,7 +92,7 @@ def test_the_installed_wheel_lists_its_scenarios_outside_the_checkout(installed:
 
 
 def test_the_installed_wheel_learns_drives_and_writes_a_playback(installed: Path, tmp_path: Path) -> None:
-    options = ["--physics", "ideal", "--paths", "eight", "--no-oracle", "--set", "learning.samples=120", "-o", "out"]
+    options = ["--physics", "ideal", "--paths", "eight", "--set", "learning.samples=120", "-o", "out"]
     report = json.loads(ichain(installed, tmp_path, "run", "car_game", *options, "--report", "-"))
     assert report["goal_reached"]
     page = (tmp_path / "out" / "playback.html").read_text(encoding="utf-8")
@@ -251,3 +251,13 @@ def test_a_class_documents_its_constructor_and_methods(kind: type) -> None:
     for name, member in vars(kind).items():
         if isinstance(member, property) and not name.startswith("_"):
             assert member.__doc__, f"{kind.__name__}.{name} has no docstring"
+
+
+@pytest.mark.parametrize("words", [["-c", "import ichain_drake"], ["-m", "ichain_drake", "--help"]])
+def test_beginning_is_quick_as_nothing_large_is_imported(words: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", *words], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "ichain_drake" in imported
+    assert not imported & {"numpy", "pandas", "pydrake", "sklearn", "scipy", "matplotlib", "joblib", "rich"}

@@ -183,20 +183,15 @@ def _breakdown(
         episode = make_episode(scenario, chain, controller, path, log=False)
     watch.reset()
     total = 1000.0 * processor_seconds(lambda: episode.simulator.AdvanceTo(seconds)) / seconds
-    rows = []
-    for system, spent in watch.seconds.items():
-        name = system.GetSystemPathname()
-        for outer in ("::", "_::", "world::", "controller::"):
-            name = name.removeprefix(outer)
-        rows.append(
-            {
-                "system": name.replace("::", "/"),
-                "calls_a_second": watch.calls[system] / seconds,
-                "ms": 1000.0 * spent / seconds,
-                "of_bare": 1000.0 * spent / seconds / alone_ms,
-            }
-        )
-    rows.sort(key=lambda row: -float(row["ms"]))
+    rows: list[dict[str, Any]] = [
+        {
+            "system": name,
+            "calls_a_second": calls / seconds,
+            "ms": 1000.0 * spent / seconds,
+            "of_bare": 1000.0 * spent / seconds / alone_ms,
+        }
+        for name, (spent, calls) in watch.by_name().items()
+    ]
     rest = total - sum(float(row["ms"]) for row in rows)
     rows.append({"system": "plant and C++", "calls_a_second": None, "ms": rest, "of_bare": rest / alone_ms})
     return rows

@@ -67,7 +67,7 @@ def settings(scenario: str) -> None:
 @options("resample", "library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
 @options("report", "output", "without")
-@click.option("--oracle/--no-oracle", default=True, show_default=True, help="also run the oracle, for comparison")
+@click.option("--oracle/--no-oracle", help="also run the oracle, for comparison; it takes longer than the run")
 @click.option("--meshcat", is_flag=True, help="show it in the web browser while it runs")
 @click.option("--realtime", is_flag=True, help="with --meshcat: as slow as in reality")
 @options("settings")
@@ -150,8 +150,7 @@ def plan(
 )
 @click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
 @click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
-@click.option("--jobs", default=1, show_default=True, help="processes, up to the number of cores")
-@options("report", "output", "resume", "without", "settings")
+@options("jobs", "cluster", "trial_timeout", "report", "output", "resume", "without", "settings")
 def evaluate(
     scenario: str,
     physics: str,
@@ -161,6 +160,8 @@ def evaluate(
     fresh: bool,
     shared: bool,
     jobs: int,
+    cluster: str,
+    trial_timeout: float | None,
     report: str | None,
     output: Path | None,
     resume: bool,
@@ -174,8 +175,10 @@ def evaluate(
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
+    from ichain_drake.runs.clusters.workers import Workers
     from ichain_drake.scenarios import PathScenario
 
+    workers = Workers(jobs, cluster, trial_timeout)
     loaded = scenario_named(scenario, settings, physics, seed)
     names = [m.strip() for m in methods.split(",") if m.strip()]
     with rules.without(without):
@@ -183,26 +186,37 @@ def evaluate(
             if shared:
                 raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
             count = 20 if trials is None else trials
-            evaluate_path_scenario(loaded, list(settings), count, names, jobs, report, output, resume=resume)
+            evaluate_path_scenario(loaded, list(settings), count, names, workers, report, output, resume=resume)
         else:
             count = 5 if trials is None else trials
             evaluate_goal_scenario(
-                loaded, list(settings), count, names, jobs, report, output,
+                loaded, list(settings), count, names, workers, report, output,
                 shared=shared or not fresh, fresh=fresh, resume=resume,
             )  # fmt: skip
 
 
 @app.command()
-@options("report")
-def benchmarks(report: str | None) -> None:
-    """Print what the library costs, as ratios measured in one run."""
-    from ichain_drake.benchmarks import format_table, run_benchmarks
+@click.option("--profile", metavar="SYSTEM", help="instead: where the time of one run of it goes")
+@options("physics", "seed", "report", "settings")
+def benchmarks(profile: str | None, physics: str, seed: int, report: str | None, settings: tuple[str, ...]) -> None:
+    """Print what the library costs, as ratios measured in one run.
+
+    --physics, --seed and --set are those of the run that --profile looks at.
+    """
+    from ichain_drake.benchmarks import format_profile, format_table, profile_run, run_benchmarks
     from ichain_drake.cli.console import Reporter
     from ichain_drake.cli.run import deliver_report, printed
+    from ichain_drake.runs.paths.output import prepare_file
 
+    if report not in (None, "-"):
+        prepare_file(Path(report))
+    if profile is None and settings:
+        raise IchainError("--set is for --profile: the benchmarks have settings of their own")
     with Reporter() as say:
-        results = run_benchmarks(say)
-    text = format_table(results)
+        results = run_benchmarks(say) if profile is None else profile_run(
+            scenario_named(profile, settings, physics, seed), say
+        )  # fmt: skip
+    text = format_table(results) if profile is None else format_profile(results)
     deliver_report({**results, **printed(text)}, report, text=text)
 
 
@@ -328,6 +342,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         print("ichain: interrupted", file=sys.stderr)
         return 130
+    except MemoryError:
+        print("ichain: there is not enough memory; free some, or ask for less at once (smaller files, --jobs 1)",
+              file=sys.stderr)  # fmt: skip
+        return 2
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         print(f"ichain: {where}{error.strerror or _one_line(error)}", file=sys.stderr)

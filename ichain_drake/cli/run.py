@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -254,11 +255,13 @@ def _print_results(run: PathRun | GraphRun, written: list[Path]) -> None:
 
 def _paths_table(run: PathRun) -> Table:
     unit = run.scenario.unit
-    table = Table("path", "completed", f"mean error ({unit})", f"oracle ({unit})", f"paper's metric ({unit})", box=None)
+    known = any(not math.isnan(result.oracle_error) for result in run.results)
+    oracle = [f"oracle ({unit})"] if known else []
+    table = Table("path", "completed", f"mean error ({unit})", *oracle, f"paper's metric ({unit})", box=None)
     for result in run.results:
-        oracle = "" if result.oracle_error != result.oracle_error else f"{result.oracle_error:.3f}"
+        oracle = [f"{result.oracle_error:.3f}".replace("nan", "")] if known else []
         done = "yes" if result.completed else "no"
-        table.add_row(result.name, done, f"{result.error:.3f}", oracle, f"{result.paper_metric:.3f}")
+        table.add_row(result.name, done, f"{result.error:.3f}", *oracle, f"{result.paper_metric:.3f}")
     return table
 
 

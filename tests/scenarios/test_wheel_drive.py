@@ -106,7 +106,6 @@ def run(folder: Path, physics: str) -> dict:
         "control.horizons=[5]",
         "--set",
         "control.efforts=[0.05]",
-        "--no-oracle",
         "--path",
         str(bend(folder / "bend.csv")),
     ]
@@ -149,7 +148,7 @@ def test_the_ship_takes_the_hand_s_link_from_the_drive(tmp_path: Path) -> None:
     a = np.linspace(0.0, 1.0, 40)
     pd.DataFrame({"x": 10 + 4 * a, "y": 10 + 0 * a}).to_csv(tmp_path / "short.csv", index=False)
     report = tmp_path / "report.json"
-    given = ["--library", str(tmp_path / "library"), "--path", str(tmp_path / "short.csv"), "--no-oracle"]
+    given = ["--library", str(tmp_path / "library"), "--path", str(tmp_path / "short.csv")]
     status = main(["run", "ship", *small, *given, "--report", str(report), "-o", str(tmp_path / "out")])
     assert status in (0, 1)
     models = json.loads(report.read_text())["models"]

@@ -247,7 +247,7 @@ def test_settings_that_make_no_sense_are_refused(setting: str, message: str) -> 
 
 def test_there_is_no_oracle_to_ask_for() -> None:
     with pytest.raises(InputError, match="car_racing has no oracle"):
-        check_evaluation(racing(), 1, ["oracle"], 1)
+        check_evaluation(racing(), 1, ["oracle"])
 
 
 def test_without_the_extra_it_is_listed_and_says_what_to_install() -> None:

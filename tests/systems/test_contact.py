@@ -29,7 +29,7 @@ def quarter_circle(file: Path) -> Path:
 def run(folder: Path, physics: str, *more: str) -> dict:
     """A short run through the command line; its report."""
     path = quarter_circle(folder / "bend.csv")
-    small = ["--set", "learning.samples=120", "--no-oracle", "--path", str(path), "-o", str(folder / physics)]
+    small = ["--set", "learning.samples=120", "--path", str(path), "-o", str(folder / physics)]
     assert main(["run", "car_game", "--physics", physics, *small, *more]) == 0
     return json.loads((folder / physics / "report.json").read_text())
 

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ichain_drake.errors import InputError
-from ichain_drake.files import is_folder
+from ichain_drake.files import MOST_BYTES, MOST_JSON, is_folder, read_whole
 
 MANIFEST = "manifest.json"
 _WEIGHTS = re.compile(r"[a-z0-9_]+\.npz")
@@ -135,10 +135,8 @@ def read_files(folder: Path) -> dict[str, bytes]:
                 f"{folder / entry.name}: is no part of a link and is not opened: a link is {MANIFEST} and plain "
                 "arrays in .npz files; remove it"
             )
-        try:
-            files[entry.name] = (folder / entry.name).read_bytes()
-        except OSError as error:
-            raise InputError(f"{folder / entry.name}: can't be read ({error.strerror})") from None
+        most = MOST_JSON if entry.name == MANIFEST else MOST_BYTES
+        files[entry.name] = read_whole(folder / entry.name, "a part of a saved link", most)
     if MANIFEST not in files:
         raise InputError(f"{folder}: holds no {MANIFEST}, so it is no saved link")
     return files

@@ -16,9 +16,9 @@ from ichain_drake.control.planning.model import span
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning import InteractionModel
 from ichain_drake.robot import Physics
+from ichain_drake.runs.clusters.isolated import reason_of
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.runs.intervals import seed_words, success_interval
-from ichain_drake.runs.runner import reason_of
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.state import StateSpace
 

@@ -27,7 +27,7 @@ def run_paths(
     demos: str | Path | None = None,
     keep_demos: str | Path | None = None,
     known: Known | None = None,
-    oracle: bool = True,
+    oracle: bool = False,
     resampled: bool = False,
     progress: Progress | None = None,
 ) -> None:
@@ -38,7 +38,7 @@ def run_paths(
         demos: folder of demonstrations to learn from, in place of recording them.
         keep_demos: folder that recorded demonstrations are written to.
         known: what was learned before, in place of learning; of parts, what only they need is not demonstrated again.
-        oracle: whether to run the oracle on every path too.
+        oracle: whether to run the oracle on every path too; it takes longer than the run.
         resampled: whether to take demonstrations of another period to the library's.
         progress: called with a line at each step.
 

@@ -10,6 +10,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import IchainError
+from ichain_drake.runs.clusters.isolated import Job, reason_of
 from ichain_drake.runs.goals.fresh import FreshSeed
 from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.runs.goals.trial import ERROR, LEARNING
@@ -19,7 +20,6 @@ from ichain_drake.runs.paths.following import follow, oracle_follow
 from ichain_drake.runs.paths.result import PathResult, PathRun
 from ichain_drake.runs.paths.run import learn_to_follow
 from ichain_drake.runs.pieces import record_pieces
-from ichain_drake.runs.runner import Job, reason_of
 from ichain_drake.runs.scoreboard.cases import NONE, Case
 from ichain_drake.scenarios.base import PathScenario
 

@@ -53,7 +53,7 @@ def test_the_lines_of_the_table():
 )
 def test_what_can_not_be_evaluated(methods, trials, message):
     with pytest.raises(InputError, match=message):
-        check_graph_evaluation(SCENARIO, trials, methods, 1)
+        check_graph_evaluation(SCENARIO, trials, methods)
 
 
 def test_cases_that_a_physics_has_not_are_left_out_and_said():

@@ -34,7 +34,7 @@ def test_a_trial_is_the_run_of_its_seed():
     plain, noisy = run_jobs([job])
     scenario = ShortGame((), "ideal", 5)
     run = PathRun(scenario, choose_paths(scenario))
-    run_paths(run, oracle=False)
+    run_paths(run)
     wave = run.results[1]  # the second of the scenario's paths, although the line was not asked for
     assert plain["success"], plain["reason"]
     assert plain["error"] == wave.error
