@@ -9,6 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
+from ichain_drake.runs.clusters.workers import Workers
 from ichain_drake.runs.discovery import DiscoveryEvaluation, evaluate_discovery
 from ichain_drake.scenarios.base import Scenario
 
@@ -18,7 +19,7 @@ def evaluate_discovery_of(
     overrides: Sequence[str],
     trials: int,
     methods: Sequence[str],
-    jobs: int,
+    workers: Workers,
     report: str | None,
     output: Path | None = None,
     *,
@@ -30,7 +31,7 @@ def evaluate_discovery_of(
         InputError: on other methods, or a file that can't be written.
         EvaluationInterrupted: on Ctrl-C, once the report on what was finished is written.
     """
-    what = DiscoveryEvaluation(scenario, tuple(overrides), trials, tuple(methods), jobs)
+    what = DiscoveryEvaluation(scenario, tuple(overrides), trials, tuple(methods), workers)
     what.check()
     if output is not None:
         report = report or str(output / "report.json")

@@ -42,10 +42,6 @@ class LearnedInteraction:
     active_high: FloatArray
     active_step: FloatArray
 
-    def affects(self, variable: int) -> bool:
-        """Whether it changes a variable of the child."""
-        return any(e.variable == variable for e in self.effects)
-
     def cautious(self) -> LearnedInteraction:
         """The same, but active only under the customary conditions too."""
         return replace(self, status=CautiousStatus.of(self.status, self.customary))

@@ -21,8 +21,10 @@ from ichain_drake.learning.discovery.labels import raw_piece
 from ichain_drake.learning.discovery.search import FoundEdge, search
 from ichain_drake.learning.status.scores import BoolArray, event_f1, f1
 from ichain_drake.robot import Physics
+from ichain_drake.runs.clusters.backend import opened
+from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.row_file import RowFile
-from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_jobs
+from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
 from ichain_drake.scenarios.base import Scenario
 
 LABELS, EDGES = "labels", "edges"
@@ -134,14 +136,14 @@ class DiscoveryEvaluation:
         overrides: its settings, for worker processes.
         trials: number of seeds.
         methods: see `DiscoveryTrial`.
-        jobs: processes.
+        workers: who works.
     """
 
     scenario: Scenario
     overrides: tuple[str, ...]
     trials: int
     methods: tuple[str, ...] = field(default=METHODS)
-    jobs: int = 1
+    workers: Workers = Workers()
 
     def check(self) -> None:
         """Refuse what can't be evaluated.
@@ -175,7 +177,8 @@ def evaluate_discovery(what: DiscoveryEvaluation, say: Say, rows: RowFile) -> di
     ]
     found: dict[str, Any] = {}
     try:
-        run_jobs(trials, what.jobs, rows, say)
+        with opened(what.workers, say) as backend:
+            run_jobs(trials, backend, rows, say, timeout=what.workers.trial_timeout)
     except KeyboardInterrupt:
         raise EvaluationInterrupted(found) from None
     finally:

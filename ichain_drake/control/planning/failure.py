@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of, words
-from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 
 
 class Nearest:
@@ -20,7 +21,7 @@ class Nearest:
         start: states at the start, shape (n_variables,) each.
     """
 
-    def __init__(self, model: GraphModel, goal: Goal, start: States) -> None:
+    def __init__(self, model: InteractionModel, goal: Goal, start: States) -> None:
         self.model, self.goal = model, goal
         self.closest = [math.inf] * len(goal.conditions)
         self.nearest = [float(value_of(c, start, model.graph)) for c in goal.conditions]

@@ -11,17 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel
+from ichain_drake.control.planning.model import Batch, BoolArray
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 _GRASPS = 40  # demonstrated ways of holding that are tried
 
 
-def can_hold(model: GraphModel, edge: Interaction, states: Sequence[States]) -> BoolArray:
+def can_hold(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> BoolArray:
     """Whether some demonstrated grasp makes an interaction of the robot active, in each of several states.
 
     Args:
@@ -50,7 +51,7 @@ def can_hold(model: GraphModel, edge: Interaction, states: Sequence[States]) -> 
     return np.asarray((model.decide(edge, batch).reshape(len(states), count) >= 0.0).any(axis=1))
 
 
-def taken_as(model: GraphModel, motion: Motion, node: int, child: FloatArray) -> FloatArray:
+def taken_as(model: InteractionModel, motion: Motion, node: int, child: FloatArray) -> FloatArray:
     """State of the robot, shape (n_root,), that takes an object as in a demonstrated state, from where the object is.
 
     Args:

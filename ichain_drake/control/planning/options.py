@@ -12,25 +12,16 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.control.planning.model import (
-    Batch,
-    BoolArray,
-    GraphModel,
-    conserved,
-    is_change,
-    keeps,
-    row,
-    span,
-    take,
-)
+from ichain_drake.control.planning.model import Batch, BoolArray, conserved, is_change, keeps, row, span, take
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
 
-_AT_REST = 0.25  # share of its response to motion that a followed variable may change by while the robot is still
+_AT_REST = 0.25  # share of its response to motion that a followed variable may change by at rest, or one way only
 _RESPONSE = 0.5  # of the robot's largest step
 _PROBE_TICKS = 6
 _LONG_TICKS = 36
@@ -86,7 +77,7 @@ class DriveOption:
     motion: Motion | None = None
 
 
-def find_carries(model: GraphModel) -> tuple[CarryOption, ...]:
+def find_carries(model: InteractionModel) -> tuple[CarryOption, ...]:
     """Objects that the robot can carry, in the graph's order."""
     found = []
     for edge in model.graph.interactions:
@@ -99,25 +90,30 @@ def find_carries(model: GraphModel) -> tuple[CarryOption, ...]:
     return tuple(found)
 
 
-def _followers(model: GraphModel, edge: Interaction) -> IntArray:
-    """Variables that change with the robot's motion, not while it is still, and keep their value when let go."""
+def _followers(model: InteractionModel, edge: Interaction) -> IntArray:
+    """Variables that change with the robot's motion there and back, not at rest, and keep their value when let go."""
     samples = model.edges[edge].examples.active
     root, child = samples[edge.parent], samples[edge.child]
     if not len(root):
         return np.zeros(0, dtype=np.intp)
     pair = {edge.parent: root, edge.child: child}
-    still = np.sqrt(np.mean(model.effect(edge, pair, root) ** 2, axis=0))
-    moved = np.zeros_like(still)
+    held = model.effect(edge, pair, root)
+    still = np.sqrt(np.mean(held**2, axis=0))
+    moved, one_way = np.zeros_like(still), np.zeros_like(still)
     for i, limit in enumerate(model.step_limit[edge.parent]):
-        for sign in (1.0, -1.0):
-            push = np.zeros(root.shape[1])
-            push[i] = sign * _RESPONSE * limit
-            moved = np.maximum(moved, np.sqrt(np.mean(model.effect(edge, pair, root + push) ** 2, axis=0)))
+        push = np.zeros(root.shape[1])
+        push[i] = _RESPONSE * limit
+        there, back = (model.effect(edge, pair, root + sign * push) for sign in (1.0, -1.0))
+        largest = [np.sqrt(np.mean(e**2, axis=0)) for e in (there, back)]
+        moved = np.maximum(moved, np.max(largest, axis=0))
+        one_way = np.maximum(one_way, 0.5 * np.sqrt(np.mean((there + back - 2.0 * held) ** 2, axis=0)))
     floor = np.maximum(model.noise[edge.child], 1e-9 * span(model, edge.child))
-    return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & (still < _AT_REST * moved))
+    # What is spilled where it is tilted does not come back: it doesn't follow.
+    follows = (still < _AT_REST * moved) & (one_way < _AT_REST * moved)
+    return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & follows)
 
 
-def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
+def chains(model: InteractionModel) -> tuple[tuple[Interaction, ...], ...]:
     """All chains of interactions from the robot to an object, short ones first."""
     graph = model.graph
     found = []
@@ -129,7 +125,7 @@ def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
     return tuple(sorted(found, key=len))
 
 
-def find_drives(model: GraphModel, carries: tuple[CarryOption, ...]) -> tuple[DriveOption, ...]:
+def find_drives(model: InteractionModel, carries: tuple[CarryOption, ...]) -> tuple[DriveOption, ...]:
     """Chains with the variables that they drive, as predicted from demonstrated samples of all the chain active."""
     by_edge = {c.edge: c for c in carries}
     samples, owner, every = [], [], chains(model)
@@ -152,7 +148,7 @@ def find_drives(model: GraphModel, carries: tuple[CarryOption, ...]) -> tuple[Dr
     return tuple(d for d in out if not _subsumed(model, d, out))
 
 
-def _subsumed(model: GraphModel, drive: DriveOption, every: list[DriveOption]) -> bool:
+def _subsumed(model: InteractionModel, drive: DriveOption, every: list[DriveOption]) -> bool:
     """Whether a carried object drives more than the chain says, and a longer chain says so."""
     if not enabled("subsumed"):
         return False
@@ -164,7 +160,7 @@ def _subsumed(model: GraphModel, drive: DriveOption, every: list[DriveOption]) -
     return drive.carry is not None and any(float(model.decide(e, drive.hold)) >= 0 for e in longer)
 
 
-def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
+def _joint_samples(model: InteractionModel, chain: tuple[Interaction, ...]) -> Batch:
     """Demonstrated states in which every interaction of a chain is active, by the classifiers."""
     parts = [model.edges[e].examples.active for e in chain]
     batch = {n: np.concatenate([p[n] for p in parts]) for n in model.graph.objects}
@@ -177,7 +173,7 @@ def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
     return take(batch, rows)
 
 
-def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
+def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
     """Change of every object over some ticks with the robot held still, shape (n, n_variables) each."""
     now = {n: v.copy() for n, v in batch.items()}
     status = None
@@ -187,7 +183,7 @@ def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
 
 
 def _drives_of(
-    model: GraphModel,
+    model: InteractionModel,
     chain: tuple[Interaction, ...],
     carry: CarryOption | None,
     batch: Batch,
@@ -230,7 +226,7 @@ def _drives_of(
     return out
 
 
-def _in_context(model: GraphModel, first: str, carry: CarryOption | None, batch: Batch, context: int) -> Batch:
+def _in_context(model: InteractionModel, first: str, carry: CarryOption | None, batch: Batch, context: int) -> Batch:
     """The robot and the pose of the chain's first object of each sample, everything else of one of them."""
     out = {n: np.repeat(v[context][None], len(v), axis=0) for n, v in batch.items()}
     out[model.graph.root] = batch[model.graph.root].copy()
@@ -239,7 +235,7 @@ def _in_context(model: GraphModel, first: str, carry: CarryOption | None, batch:
     return out
 
 
-def _brimful(model: GraphModel, carry: CarryOption, batch: Batch) -> Batch:
+def _brimful(model: InteractionModel, carry: CarryOption, batch: Batch) -> Batch:
     """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
     if not enabled("brimful"):
         return batch
@@ -250,7 +246,7 @@ def _brimful(model: GraphModel, carry: CarryOption, batch: Batch) -> Batch:
     return out
 
 
-def _quiet_row(model: GraphModel, carry: CarryOption, batch: Batch, quiet: BoolArray, hold: int) -> int:
+def _quiet_row(model: InteractionModel, carry: CarryOption, batch: Batch, quiet: BoolArray, hold: int) -> int:
     """The quiet sample from which a drive begins; the driving one itself if there is none.
 
     Near the driving sample, and in each variable near a value at which the object was let go.
@@ -269,7 +265,7 @@ def _quiet_row(model: GraphModel, carry: CarryOption, batch: Batch, quiet: BoolA
     return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])
 
 
-def _unseen(model: GraphModel, carry: CarryOption, poses: FloatArray, width: FloatArray) -> FloatArray:
+def _unseen(model: InteractionModel, carry: CarryOption, poses: FloatArray, width: FloatArray) -> FloatArray:
     """How far poses, not turned yet, are from demonstrated ones, in demonstrated ranges, shape (n,).
 
     Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.

@@ -9,19 +9,14 @@ import numpy as np
 
 from ichain_drake.control.planning.borders import Border
 from ichain_drake.control.planning.drive_run import Run
-from ichain_drake.control.planning.model import (
-    Batch,
-    BoolArray,
-    GraphModel,
-    is_change,
-    row,
-)
+from ichain_drake.control.planning.model import Batch, BoolArray, is_change, row
 from ichain_drake.control.planning.motion_run import MotionRun
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.stops import Stop, find_stops
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _SETTLE_TICKS = 3
@@ -48,7 +43,7 @@ class Outcome:
     margin: float = 0.0
 
 
-def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, dict[Interaction, BoolArray]]:
+def settle(model: InteractionModel, batch: Batch, parked: FloatArray) -> tuple[Batch, dict[Interaction, BoolArray]]:
     """What becomes of states with the robot away, and what is active then.
 
     Args:
@@ -67,7 +62,7 @@ def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, 
 
 
 def simulate(
-    model: GraphModel,
+    model: InteractionModel,
     rows: Sequence[tuple[States, DriveOption]],
     parked: FloatArray,
     conditions: Sequence[Condition],

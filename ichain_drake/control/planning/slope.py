@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.control.planning.model import GraphModel, row
+from ichain_drake.control.planning.model import row
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _UNSHOWN = 0.05  # size of a motion that was not shown, as a share of that of others
@@ -19,7 +20,7 @@ _PARTS = (1.0, 0.5, 0.25, 0.125)
 _CORRECTIONS = 4
 
 
-def slope(model: GraphModel, edge: Interaction, states: States) -> tuple[FloatArray, FloatArray]:
+def slope(model: InteractionModel, edge: Interaction, states: States) -> tuple[FloatArray, FloatArray]:
     """What pushes of the robot do to the child of one of its interactions.
 
     Motions that were never shown while the interaction was active are small pushes: the model can't know much about
@@ -45,7 +46,7 @@ def slope(model: GraphModel, edge: Interaction, states: States) -> tuple[FloatAr
 
 
 def led(
-    model: GraphModel, edge: Interaction, states: States, wanted: FloatArray, tolerance: FloatArray
+    model: InteractionModel, edge: Interaction, states: States, wanted: FloatArray, tolerance: FloatArray
 ) -> tuple[FloatArray, bool]:
     """Where the robot has to be for its child to have changed, or to have come as far as a straight way leads.
 
@@ -76,7 +77,7 @@ def led(
 
 
 def _solved(
-    model: GraphModel, edge: Interaction, states: States, asked: NDArray[np.intp], change: FloatArray
+    model: InteractionModel, edge: Interaction, states: States, asked: NDArray[np.intp], change: FloatArray
 ) -> FloatArray:
     """State of the robot that changes some variables of the child, by Newton's method, as long as that comes nearer."""
     root, child = (np.asarray(states[n], dtype=float) for n in (edge.parent, edge.child))
@@ -102,7 +103,7 @@ def least_motion(by_push: FloatArray, wanted: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(by_push.T, wanted, rcond=_DEPENDENT)[0])
 
 
-def independent(model: GraphModel, edge: Interaction, variables: Sequence[int]) -> bool:
+def independent(model: InteractionModel, edge: Interaction, variables: Sequence[int]) -> bool:
     """Whether the robot can change each of some variables of a child without the others, where it was shown to.
 
     Args:

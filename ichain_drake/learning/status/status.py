@@ -132,28 +132,17 @@ def learn_status(
     if truth.all():
         return always_active(len(truth))
     candidates = status_candidates(data, edge, alignments, noise, affected)
-    chosen = input_choice(data, edge).choose(candidates) or _of_ends(candidates, edge)
-    raw = np.hstack([c.item(_states(data, edge)) for c in chosen])
-    floor = np.concatenate([c.noise for c in chosen])
-    offset, scale = input_scales(raw, truth, floor)
-    x, floor = (raw - offset) / scale, floor / scale
-    fold = left_out_folds(truth, piece)
-    best, *others = spec.status_estimators
-    decisions = _left_out(best, x, floor, truth, fold, edge)
-    slip = least_slip(truth)
-    likelihood = calibrated(decisions, truth, slip)[2]
-    for other in others:
-        theirs = _left_out(other, x, floor, truth, fold, edge)
-        rows = calibrated(theirs, truth, slip)[2]
-        if clearly(by_part(rows - likelihood, piece), len(others)):
-            best, decisions, likelihood = other, theirs, rows
+    choice = input_choice(data, edge)
+    trial = _Trial.of(data, edge, choice.choose(candidates) or _of_ends(candidates, edge), spec)
+    trial = _told_by_classifiers(trial, choice, candidates, data, edge, spec)
+    best, decisions, slip, x, floor = trial.best, trial.decisions, least_slip(truth), trial.x, trial.floor
     before = np.concatenate([[False], truth[:-1] & (piece[1:] == piece[:-1])])
     margin, spread, slip, rows = _with_memory(decisions, truth, before, piece)
     held = decisions + margin * before
     return StatusModel(
-        inputs=tuple(c.item for c in chosen),
-        offset=offset,
-        scale=scale,
+        inputs=tuple(c.item for c in trial.chosen),
+        offset=trial.offset,
+        scale=trial.scale,
         frozen=_fit(best, x, floor, truth, edge),
         margin=margin,
         spread=spread,
@@ -169,6 +158,78 @@ def learn_status(
         samples=len(truth),
         positives=int(truth.sum()),
     )
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """Some inputs with the estimator that is likeliest on rows left out.
+
+    Attributes:
+        chosen: the inputs.
+        offset, scale: of their columns.
+        x, floor: their scaled columns, shape (n, n_columns), and the noise of each.
+        best: the estimator.
+        decisions: of each row, by a fit that has not seen its fold, shape (n,).
+        likelihood: of each row's flag, shape (n,).
+    """
+
+    chosen: list[Candidate]
+    offset: FloatArray
+    scale: FloatArray
+    x: FloatArray
+    floor: FloatArray
+    best: EstimatorSpec
+    decisions: FloatArray
+    likelihood: FloatArray
+
+    @staticmethod
+    def of(data: GraphData, edge: Interaction, chosen: list[Candidate], spec: InteractionSpec) -> _Trial:
+        truth, piece = data.flag(edge), data.piece_index()
+        raw = np.hstack([c.item(_states(data, edge)) for c in chosen])
+        floor = np.concatenate([c.noise for c in chosen])
+        offset, scale = input_scales(raw, truth, floor)
+        x, floor = (raw - offset) / scale, floor / scale
+        fold, slip = left_out_folds(truth, piece), least_slip(truth)
+        best, *others = spec.status_estimators
+        decisions = _left_out(best, x, floor, truth, fold, edge)
+        likelihood = calibrated(decisions, truth, slip)[2]
+        for other in others:
+            theirs = _left_out(other, x, floor, truth, fold, edge)
+            rows = calibrated(theirs, truth, slip)[2]
+            if clearly(by_part(rows - likelihood, piece), len(others)):
+                best, decisions, likelihood = other, theirs, rows
+        return _Trial(chosen, offset, scale, x, floor, best, decisions, likelihood)
+
+    def beats(self, other: _Trial, piece: NDArray[np.intp], tried: int = 1) -> bool:
+        """Whether it is clearly likelier."""
+        return clearly(by_part(self.likelihood - other.likelihood, piece), tried)
+
+
+def _told_by_classifiers(
+    trial: _Trial,
+    choice: InputChoice,
+    candidates: Sequence[Candidate],
+    data: GraphData,
+    edge: Interaction,
+    spec: InteractionSpec,
+) -> _Trial:
+    """Inputs of which boxes can't tell whether they add something, put to the estimators; then what they make idle.
+
+    A region with a round or slanted border is no box: what is wrong at its corners may hide what an input tells.
+    """
+    piece, likely = data.piece_index(), [c for c in trial.chosen if not c.caused]
+    left = choice.open(likely, [c for c in candidates if c not in trial.chosen])
+    for candidate in left:
+        more = _Trial.of(data, edge, [*likely, candidate], spec)
+        if not more.beats(trial, piece, len(left)):
+            continue
+        trial = more
+        for item in more.chosen[:-1]:
+            fewer = _Trial.of(data, edge, [c for c in trial.chosen if c is not item], spec)
+            if not trial.beats(fewer, piece, len(candidates)):
+                trial = fewer
+        likely = trial.chosen
+    return trial
 
 
 def _of_ends(candidates: Sequence[Candidate], edge: Interaction) -> list[Candidate]:

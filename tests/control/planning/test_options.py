@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ichain_drake.control.planning.options import CarryOption, _unseen, find_drives
+from ichain_drake.control.planning.options import CarryOption, _unseen, find_carries, find_drives
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -67,3 +67,30 @@ def test_a_drive_is_found_from_where_there_is_room_for_it() -> None:
     )
     drives = find_drives(fire, ())  # type: ignore[arg-type]
     assert [(d.chain, d.direction) for d in drives] == [((turn, heat), 1)]
+
+
+def test_what_is_spilled_by_tilting_does_not_follow_the_hand() -> None:
+    cup = StateSpace("cup", (Variable("z", "m"), Variable("tilt", "rad"), Variable("water", lower=0.0)))
+    graph = InteractionGraph({"robot": StateSpace("robot", (Variable("z", "m"), Variable("roll", "rad"))), "cup": cup},
+                             ["robot->cup"])  # fmt: skip
+    rng = np.random.default_rng(0)
+    pose = np.column_stack([rng.uniform(0, 0.5, 60), rng.uniform(-0.95, 0.3, 60)])
+    samples = {"robot": pose, "cup": np.column_stack([pose, np.full(60, 0.6)])}
+
+    def effect(edge: Interaction, states: dict, parent_next: np.ndarray) -> np.ndarray:
+        moved = parent_next - states["robot"]
+        return np.column_stack([moved, -0.3 * np.maximum(-0.9 - parent_next[:, 1], 0.0)])
+
+    examples = SimpleNamespace(active=samples, deactivations=SimpleNamespace(after=samples))
+    model = SimpleNamespace(
+        graph=graph,
+        edges={CARRY: SimpleNamespace(examples=examples)},
+        passive={"cup": SimpleNamespace(variables=[SimpleNamespace(kind="hold")] * 3)},
+        low={"cup": np.zeros(3)},
+        high={"cup": np.ones(3)},
+        noise={"cup": np.full(3, 0.001)},
+        step_limit={"robot": np.array([0.04, 0.2])},
+        effect=effect,
+    )
+    (carry,) = find_carries(model)  # type: ignore[arg-type]
+    assert carry.follow.tolist() == [0, 1]

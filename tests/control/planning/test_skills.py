@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from small_job import GRAPH, fresh, learned, pieces, readings
+from small_job import GRAPH, fresh, learned, readings
 
-from ichain_drake.control.planning.skills import Skills, learn_skills
+from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.planning.travel import corners, resting_states, step_towards
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
@@ -60,7 +60,7 @@ def test_what_was_taken_again_at_once_was_no_letting_go() -> None:
 def test_a_designers_function_stands_in() -> None:
     model, _, _ = learned()
     way = np.array([[0.1, 0.2, 0.3, 0.0], [0.1, 0.2, 0.3, 1.0]])
-    skills = learn_skills(model, pieces(), {(BOX, True): lambda states, attempt: way + attempt})
+    skills = Skills.of(model, {(BOX, True): lambda states, attempt: way + attempt})
     np.testing.assert_array_equal(skills.path(model, BOX, True, readings(fresh()), 1), way + 1)
     assert len(skills.path(model, BOX, False, readings(fresh()), 0)) > 0
 
@@ -70,7 +70,7 @@ def test_what_was_never_shown_and_what_is_no_edge_of_the_robot_is_refused() -> N
     with pytest.raises(InputError, match="hand->box: it is activated in no demonstration; add a piece"):
         Skills({}, {}).path(model, BOX, True, readings(fresh()), 0)
     with pytest.raises(InputError, match="tap->box; skills belong to the robot's own"):
-        learn_skills(model, pieces(), {(Interaction("tap", "box"), True): lambda s, k: np.zeros((1, 4))})
+        Skills.of(model, {(Interaction("tap", "box"), True): lambda s, k: np.zeros((1, 4))})
 
 
 def test_steps_are_straight_and_what_jumps_changes_on_arrival() -> None:
