@@ -128,10 +128,11 @@ class Residual:
         settings = self.log.settings
         quiet, span = self.spread[:, i] / self.window, self.span[i] / self.window
         left = self.values[:, i]
-        # The same spread for both: an effect has to predict better, and not merely to be vaguer.
+        # Of means, whose spread is not read but follows from one tick's, the same spread for both: an effect has to
+        # predict them better, and not merely to be vaguer.
         acting = np.where(change == 0, quiet, np.maximum(std, quiet))
         ratio = np.log(_density(left - change, acting, span, settings.outliers))
-        ratio -= np.log(_density(left, acting, span, settings.outliers))
+        ratio -= np.log(_density(left, quiet if self.window == 1 else acting, span, settings.outliers))
         ratio = np.where(self.telling(i), ratio / self.window, 0.0)
         return np.asarray(np.clip(ratio, -settings.clip, settings.clip))
 

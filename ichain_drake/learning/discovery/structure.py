@@ -142,11 +142,11 @@ def _next(
         return None, ()
     paying.sort(key=lambda t: -score(t, log))
     near = [t for t in paying[:_LOOKING] if score(t, log) > _NEAR * score(paying[0], log)]
-    widened = [_looking_around(residual, terms, t, parents) for t in near]
+    widened = [_looking_around(residual, terms, t, parents) for t in near or paying[:1]]
     best = _most_direct(max(widened, key=lambda t: score(t, log)), widened, log)
     same = [
         Rival(t.parent, 1.0 - certainty(best.left_out - t.left_out, log))
-        for t in (*widened, *paying[len(near) :])
+        for t in (*widened, *paying[len(widened) :])
         if t.parent not in (best.parent, residual.child) and _same(t, best) and score(t, log) > _NEAR * score(best, log)
     ]
     return best, tuple(same)

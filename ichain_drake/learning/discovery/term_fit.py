@@ -15,7 +15,7 @@ from ichain_drake.learning.discovery.gate import Gate, GateSearch
 from ichain_drake.learning.discovery.inputs import GateInputs, caused, gate_inputs
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.discovery.starts import starts
-from ichain_drake.learning.discovery.term import Term
+from ichain_drake.learning.discovery.term import Term, VariableEffect
 from ichain_drake.learning.discovery.turning import tick_alignment
 from ichain_drake.learning.effects.alignment import Alignment, position_groups
 from ichain_drake.state import FloatArray
@@ -82,13 +82,19 @@ def fit_passive(residual: Residual) -> Term | None:
     """What the child does all the time by itself, as a term without a gate and judged, or None."""
     every = np.ones(len(residual.values), dtype=bool)
     views = _views(residual, residual.child, (), None)
-    effects = fit_effects(residual, every, views.columns)
+
+    def fitted(rows: BoolArray) -> tuple[VariableEffect, ...]:
+        # Only by the variable itself: where an object is goes along with what is done to it there.
+        own = views.columns.own
+        return tuple(e for e in fit_effects(residual, rows, views.columns) if e.columns == (own.get(e.variable, -1),))
+
+    effects = fitted(every)
     if not effects:
         return None
     gains = np.zeros(len(residual.values))
     for k in np.unique(residual.log.fold):
         out = residual.log.fold == k
-        gains += np.where(out, explained(residual, fit_effects(residual, ~out, views.columns), views.columns)[0], 0.0)
+        gains += np.where(out, explained(residual, fitted(~out), views.columns)[0], 0.0)
     evidence, predicted = explained(residual, effects, views.columns)
     none = np.full(len(views.inputs.items), np.inf)
     value = float(evidence.sum()) - sum(e.price(residual.log.settings) for e in effects)

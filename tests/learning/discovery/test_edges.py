@@ -42,19 +42,25 @@ def test_the_graph_is_found_and_no_distractor_acts(found: DiscoveredGraph) -> No
     assert all(0.5 < f.confidence <= 1 and f.ticks > 10 for f in found.found)
 
 
-def test_what_the_data_cannot_tell_apart_is_a_rival(pieces: list[Demonstration]) -> None:
-    """A lamp that is lit while the lever is open: of the two one is taken, and the other is named."""
-    spaces = {**bath_log.GRAPH.objects, "lamp": LAMP}
-    logs = [
-        RawPiece(p.name, {**p.states, "lamp": (p.states["lever"][:, :1] > bath_log.SHUT).astype(float)})
-        for p in raw(pieces, bath_log.GRAPH.objects)
-    ]
-    result = discover_graph(logs, spaces, "hand", Prior(forbidden=frozenset({Interaction("tank", "lamp")})))
-    (edge,) = [f for f in result.found if f.edge.child == "tank"]
-    assert {edge.edge.parent, *(r.parent for r in edge.rivals)} >= {"lever", "lamp"}
-    result = discover_graph(logs, spaces, "hand", Prior(no_cause=frozenset({"lamp"})))
-    assert "lever->tank" in {f.edge.name for f in result.found}
-    assert not any(f.edge.parent == "lamp" or "lamp" in {r.parent for r in f.rivals} for f in result.found)
+def test_what_the_data_cannot_tell_apart_is_a_rival() -> None:
+    """A lamp that is lit while the heater is on: of the two one is taken, and the other is named."""
+    rng = np.random.default_rng(0)
+    switch = StateSpace("switch", (Variable("on", kind="binary", lower=0, upper=1),))
+    spaces = {"hand": switch, "heater": switch, "lamp": LAMP, "pot": StateSpace("pot", (Variable("heat"),))}
+    logs = []
+    for k in range(4):
+        on = (np.arange(80) // 8 % 2 == k % 2).astype(float)[:, None]
+        heat = np.cumsum(0.1 * on, axis=0) + 0.01 * rng.standard_normal((80, 1))
+        other = (rng.random((80, 1)) > 0.5).astype(float)  # the hand does other things
+        logs.append(RawPiece(str(k), {"hand": other, "heater": on, "lamp": on, "pot": heat}))
+    both = frozenset({Interaction("lamp", "heater"), Interaction("heater", "lamp")})
+    (edge,) = [f for f in discover_graph(logs, spaces, "hand", Prior(both)).found if f.edge.child == "pot"]
+    assert {edge.edge.parent, *(r.parent for r in edge.rivals)} >= {"heater", "lamp"}
+    assert edge.confidence < 0.6
+    result = discover_graph(logs, spaces, "hand", Prior(both, no_cause=frozenset({"lamp"})))
+    (edge,) = [f for f in result.found if f.edge.child == "pot"]
+    assert edge.edge.parent == "heater"
+    assert "lamp" not in {r.parent for r in edge.rivals}
 
 
 def test_what_is_ruled_out_is_not_found(pieces: list[Demonstration]) -> None:
