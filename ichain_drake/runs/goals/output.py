@@ -170,11 +170,11 @@ def write_graph_pictures(run: GraphRun, folder: Path) -> list[Path]:
     if run.log is None or len(run.log.times) < 2 or run.model is None:  # noqa: PLR2004
         return []
     file = folder / "timeline.png"
-    edges = run.scenario.graph.interactions
+    edges = run.model.graph.interactions  # where they were found out of states, not all of the scenario's
     truth, said = flags_of(run.log, run.scenario.graph), classified(run.model, run.log)
     lanes = {
         e.name: [
-            Lane("truth", "solid", _spans(truth[e.name], FRAME)),
+            *([Lane("truth", "solid", _spans(truth[e.name], FRAME))] if e.name in truth else []),
             Lane("classifier", "grey", _spans(said[e.name], TICK)),
             *_controller_lanes(run, edges.index(e)),
         ]
