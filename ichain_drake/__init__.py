@@ -83,6 +83,7 @@ _MORE = {
     "control.tracking.path": ("PathLimits", "paper_path_error", "path_error", "read_path"),
     "control.tracking.systems": ("Controller", "PathFollower"),
     "demonstrations": ("data_hash", "read_demonstration", "resample", "write_demonstration"),
+    "environments": ("make_env",),
     "errors": ("IchainError", "UnreachableError"),
     "graph": ("Interaction", "Origin"),
     "learned_graph": ("build_learned_graph",),
@@ -101,6 +102,7 @@ _MORE = {
     "scenarios": ("PathScenario", "Scenario"),
     "scenarios.build": ("build_world",),
     "scenarios.config": ("ScenarioConfig",),
+    "scenarios.environment_scenario": ("EnvironmentScenario",),
     "scenarios.faults": ("Faults", "GoalFaultConfig"),
     "scenarios.hand_commands": ("HandCommands",),
     "scenarios.object_maker": ("ObjectMaker",),
@@ -108,6 +110,7 @@ _MORE = {
     "simulation.recorder": ("record",),
     "timing": ("FRAMES_PER_TICK",),
     "visualization": ("Recording", "load_recording"),
+    "world.environment_spec": ("EnvironmentSpec", "RootTerm"),
 }
 _HOME = {**{name: module for module, names in _MORE.items() for name in names}, **_PUBLIC}
 _GONE = {

@@ -81,3 +81,10 @@ def test_own_object_moves_its_load(tmp_path: Path) -> None:
     found = re.search(r"(\d\.\d+) m", run("own_object.py", folder=tmp_path))
     assert found is not None
     assert 0.5 < float(found[1]) < 1.5
+
+
+def test_behaviour_cloning_follows_the_path_and_standing_still_does_not(tmp_path: Path) -> None:
+    pytest.importorskip("gymnasium", reason="Gymnasium is missing: pip install 'ichain_drake[games]'")
+    copy, rest = run("behaviour_cloning.py", folder=tmp_path).splitlines()
+    assert copy.endswith("path done: True")
+    assert rest.endswith("path done: False")

@@ -30,6 +30,7 @@ DISTRIBUTIONS = {
     "yaml": "pyyaml",
     "PIL": "pillow",
     "umsgpack": "meshcat",
+    "mcap_ros2": "mcap-ros2-support",
 }
 
 
@@ -129,13 +130,27 @@ def imported(folder: Path) -> set[str]:
     return found - set(sys.stdlib_module_names) - {"ichain_drake"}
 
 
+def required_by_name() -> set[str]:
+    """Distributions whose modules are imported where they are used, by `require("module", ...)`."""
+    code = "".join(f.read_text() for f in PACKAGE.rglob("*.py"))
+    names = re.findall(r'\b(?:require|import_module)\("(\w+)', code)
+    return {DISTRIBUTIONS.get(n, n) for n in names}
+
+
 def test_dependencies_are_what_the_package_imports() -> None:
     used = {DISTRIBUTIONS.get(m, m) for m in imported(PACKAGE)}
-    core, games = (
+    extras = PROJECT["project"]["optional-dependencies"]
+    core, *optional = (
         {re.split(r"[<>=!~\[; ]", r, maxsplit=1)[0].lower() for r in group}
-        for group in (PROJECT["project"]["dependencies"], PROJECT["project"]["optional-dependencies"]["games"])
+        for group in (
+            PROJECT["project"]["dependencies"],
+            extras["games"],
+            extras["logs"],
+            extras["minari"],
+            extras["onnx"],
+        )
     )
-    assert used == core | games
+    assert used | required_by_name() == core.union(*optional)
 
 
 def test_no_wildcard_and_no_pydrake_all() -> None:

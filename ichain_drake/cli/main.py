@@ -16,6 +16,8 @@ from pathlib import Path
 import click
 
 from ichain_drake.cli.check import check
+from ichain_drake.cli.library_commands import library
+from ichain_drake.cli.logs import export_command, import_command
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
@@ -32,7 +34,7 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, relearn, scoreboard, check):
+for _command in (teach, learn, relearn, scoreboard, check, import_command, export_command, library):
     app.add_command(_command)
 
 
@@ -206,7 +208,10 @@ def benchmarks(profile: str | None, physics: str, seed: int, report: str | None,
     from ichain_drake.benchmarks import format_profile, format_table, profile_run, run_benchmarks
     from ichain_drake.cli.console import Reporter
     from ichain_drake.cli.run import deliver_report, printed
+    from ichain_drake.runs.paths.output import prepare_file
 
+    if report not in (None, "-"):
+        prepare_file(Path(report))
     if profile is None and settings:
         raise IchainError("--set is for --profile: the benchmarks have settings of their own")
     with Reporter() as say:
@@ -240,54 +245,6 @@ def play(file: Path) -> None:
     if not webbrowser.open(file.resolve().as_uri()):
         raise IchainError(f"{file}: no web browser was found; open the file in one by hand")
     print(f"opened {file}")
-
-
-@app.group()
-def library() -> None:
-    """Look at saved interactions."""
-
-
-_LIBRARY = click.option(
-    "--library", type=PATH, default=Path("library"), show_default=True, metavar="DIR", help="the library's folder"
-)
-
-
-@library.command("list")
-@_LIBRARY
-def library_list(library: Path) -> None:
-    """List the interactions and graphs of a library."""
-    from ichain_drake.cli.library import print_list
-
-    print_list(library)
-
-
-@library.command("show")
-@click.argument("name")
-@_LIBRARY
-def library_show(name: str, library: Path) -> None:
-    """Show what is known about one interaction or graph."""
-    from ichain_drake.cli.library import print_link
-
-    print_link(library, name)
-
-
-@library.command("add")
-@click.argument("source", type=PATH)
-@_LIBRARY
-def library_add(source: Path, library: Path) -> None:
-    """Add the interactions of another library."""
-    from ichain_drake.cli.library import add
-
-    add(source, library)
-
-
-@library.command("check")
-@click.argument("source", type=PATH)
-def library_check(source: Path) -> None:
-    """Check a library's files without loading anything from them."""
-    from ichain_drake.cli.library import check
-
-    check(source)
 
 
 def _one_line(error: BaseException) -> str:
@@ -339,6 +296,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         print("ichain: interrupted", file=sys.stderr)
         return 130
+    except MemoryError:
+        print("ichain: there is not enough memory; free some, or ask for less at once (smaller files, --jobs 1)",
+              file=sys.stderr)  # fmt: skip
+        return 2
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         print(f"ichain: {where}{error.strerror or _one_line(error)}", file=sys.stderr)

@@ -15,7 +15,7 @@ from ichain_drake.graph import Interaction
 from ichain_drake.runs.goals.plan import make_plan
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.learn import learn_rest
-from ichain_drake.runs.pieces import read_for
+from ichain_drake.runs.pieces import read_for, record_pieces
 from ichain_drake.simulation.wiring import look
 
 
@@ -40,7 +40,9 @@ def print_plan(
             if demos is not None:
                 return read_for(scenario, demos, known, resampled=resampled, say=say.note)
             say("recording demonstrations")
-            return list(scenario.record_demonstrations(say, [e.name for e in known]))
+            pieces: list[Demonstration] = []
+            record_pieces(scenario, pieces, say=say, known=[e.name for e in known])
+            return pieces
 
         model = learn_rest(show, scenario.graph, before, spec, say)
         start = look(scenario.make_world(0))

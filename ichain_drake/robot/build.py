@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, get_args
+from typing import Literal
 
 from ichain_drake.errors import InputError
 from ichain_drake.robot.arm import ArmRobot
@@ -12,7 +12,11 @@ from ichain_drake.robot.ideal import IdealHand
 from ichain_drake.robot.spec import BodySpec, RobotSpec
 from ichain_drake.state import FloatArray
 
-Physics = Literal["ideal", "arm", "contact"]
+Physics = Literal["ideal", "arm", "contact", "environment"]
+"""`environment`: a world that somebody else simulates, with a root of its own; see `EnvironmentScenario`."""
+
+ROBOT_PHYSICS: tuple[Physics, ...] = ("ideal", "arm", "contact")
+"""What a robot of this library can be built for."""
 
 
 def build_robot(
@@ -39,8 +43,8 @@ def build_robot(
         InputError: on an unknown physics, or models, names or gains that don't fit.
         UnreachableError: if the arm can't reach the home hand state, or the start.
     """
-    if physics not in get_args(Physics):
-        raise InputError(f"physics {physics!r}: choose {', '.join(get_args(Physics))}")
+    if physics not in ROBOT_PHYSICS:
+        raise InputError(f"physics {physics!r}: choose {', '.join(ROBOT_PHYSICS)}")
     if physics == "ideal":
         speeds = {"linear_speed": spec.linear_speed, "angular_speed": spec.angular_speed}
         home = spec.home_hand() if start is None else HAND.check(start, "hand state")

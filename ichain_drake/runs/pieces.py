@@ -80,7 +80,9 @@ def record_pieces(
     *,
     overwrite: bool = False,
 ) -> None:
-    """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is kept, too.
+    """Record demonstrations, writing each as soon as it is there, and say what is odd about them.
+
+    What Ctrl-C leaves of a piece is kept, too.
 
     Args:
         scenario: with a script.
@@ -101,3 +103,4 @@ def record_pieces(
         if keep is not None:
             write_demonstrations([stopped.piece], keep, overwrite=overwrite)
         raise
+    tell_findings(pieces, scenario.graph, say)

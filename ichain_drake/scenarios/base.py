@@ -15,7 +15,7 @@ from ichain_drake.control.tracking.path import PathLimits, TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.robot import Physics, models_path
+from ichain_drake.robot import ROBOT_PHYSICS, Physics, models_path
 from ichain_drake.scenarios.adjustable import Adjustable, noise_scale, path_shift, push
 from ichain_drake.scenarios.command_chart import CommandChart
 from ichain_drake.scenarios.config import ScenarioConfig, as_plain, load_config
@@ -47,6 +47,9 @@ class Scenario(ABC):
     config_file: ClassVar[Path | None] = None
     """YAML of a scenario that is no part of this package; without one, its settings are the defaults of its class."""
 
+    physics_kinds: ClassVar[tuple[Physics, ...]] = ROBOT_PHYSICS
+    """Physics that it can run in."""
+
     faults: ClassVar[tuple[str, ...]] = ("none",)
     features: ClassVar[tuple[str, ...]] = ()
 
@@ -54,8 +57,10 @@ class Scenario(ABC):
     graph: InteractionGraph
 
     def __init__(self, overrides: str | Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> None:
-        if physics not in ("ideal", "arm", "contact"):
-            raise InputError(f"physics {physics!r}: choose ideal, arm or contact")
+        if physics not in self.physics_kinds:
+            *others, last = self.physics_kinds
+            choice = f"{', '.join(others)} or {last}" if others else last
+            raise InputError(f"physics {physics!r}: choose {choice}")
         if seed < 0:
             raise InputError(f"seed {seed}: give a whole number from 0")
         self.physics = physics

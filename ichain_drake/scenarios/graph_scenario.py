@@ -32,7 +32,10 @@ from ichain_drake.visualization import HandDrawing
 from ichain_drake.world.world import World
 
 _RUNS_PER_SEED = 1000
-_FIRST_DEMONSTRATION = 900  # runs of an evaluation are below: the script's noise is never theirs
+FIRST_DEMONSTRATION = 900
+"""Number of the run in which a script's first piece is recorded. Runs of an evaluation are below: the script's noise is
+never theirs."""
+
 _STARTS, _FAULTS = 0, 1  # purposes of random numbers
 _OPEN = 0.08  # m between the fingers of a hand that is drawn open
 
@@ -224,7 +227,7 @@ class GraphScenario(Scenario, Generic[StartT]):
             ticks = len(piece.commands)
             if progress:
                 progress(f"{piece.name}: {ticks} ticks ({self.physics})")
-            world = self.build_world(piece.start, _FIRST_DEMONSTRATION + number)
+            world = self.build_world(piece.start, FIRST_DEMONSTRATION + number)
             names = tuple(self.graph.objects)
             yield record(world, Commands(piece.commands), ticks, names, piece.name)
 

@@ -13,15 +13,14 @@ from pydrake.systems.primitives import LogVectorOutput
 from ichain_drake.control.tracking.arrival import Arrival
 from ichain_drake.control.tracking.systems import PathController, PathFollower
 from ichain_drake.simulation.interruption import deferred_interrupt
+from ichain_drake.simulation.path_watch import PathWatch
 from ichain_drake.simulation.watching import Watcher, present_watcher
 from ichain_drake.simulation.wiring import wire
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
 
-_SEARCH_TICKS = 4.0
 _DOING = ("progress", "wanted", "mode", "edge", "skill", "plan_step")  # ports of commanders
-_LOST_TICKS = 12.0  # a run is given up this many ticks of nominal speed away from its path
 
 
 @dataclass(frozen=True)
@@ -180,23 +179,18 @@ def follow_path(world: World, commander: PathController, truth: tuple[str, ...] 
     follower, followed, targets = commander.follower, commander.followed, commander.targets
     path = follower.path
     episode = Episode(world, commander, truth)
-    allowed = int(np.ceil((1.6 * path.time[-1] + 5.0) / TICK))
-    lost = _LOST_TICKS * path.limits.speed * TICK
     space = world.graph.objects[followed]
     true_targets = space.indices([space.observable.names[k] for k in targets])
-    arrival = Arrival(path)
+    watch = PathWatch(path)
 
     def over(running: Episode) -> bool:
         position = running.value(followed)[list(targets)]
         last = int(follower.GetOutputPort("progress").Eval(follower.GetMyContextFromRoot(running.context))[0])
         present = follower.path  # a person may have moved it
-        reached = present.advance(position, last, _SEARCH_TICKS * TICK)
-        arrival.see(running.recent(followed)[:, true_targets], present, reached)
-        gone = bool(np.linalg.norm(present.points[reached] - position) > lost)
-        return arrival.arrived or arrival.past or gone
+        return watch.see(position, running.recent(followed)[:, true_targets], present, last)
 
     try:
-        episode.run(allowed, over)
+        episode.run(watch.allowed, over)
     except KeyboardInterrupt:
         raise EpisodeInterrupted(episode.log()) from None
-    return episode.log(), arrival
+    return episode.log(), watch.arrival

@@ -11,8 +11,9 @@ from pydrake.systems.analysis import Simulator
 
 from ichain_drake.demonstrations import data_hash
 from ichain_drake.errors import InputError
-from ichain_drake.learning.library import load_command, load_links, save_chain
+from ichain_drake.learning.library import save_chain
 from ichain_drake.objects import check_object
+from ichain_drake.runs.library import load
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.evaluation import check_evaluation
 from ichain_drake.runs.paths.link_accuracy import learn_first_link
@@ -208,11 +209,10 @@ def test_the_car_games_hand_serves_here(tmp_path: Path) -> None:
     )
 
     scenario = racing("learning.samples=250", "learning.estimator=polynomial(degree=2)")
-    names = scenario.graph.chain(scenario.target)
-    known = load_links(library, scenario.graph, names, scenario.target_variables)
-    assert list(known) == ["hand->joystick"]
+    known = load(library, scenario)
+    assert known.names == ("hand->joystick",)
     run = PathRun(scenario, choose_paths(scenario, ["weave"]))
-    run_paths(run, known=known, known_command=load_command(library, scenario.graph, names))
+    run_paths(run, known=known)
     report = run.report()
     assert [p.name for p in run.pieces] == ["drive"]
     assert report["models"]["hand->joystick"]["source"] != "demonstrations"

@@ -191,7 +191,7 @@ def test_noise_and_run_depend_on_no_name_and_no_order() -> None:
     logs = []
     for names, reverse in ((same, False), (words, True)):
         world = _renamed(scenario, start, names, reverse=reverse)
-        episode = Episode(world, Commands(commands), lambda _: None)
+        episode = Episode(world, Commands(commands))
         episode.run(len(commands))
         logs.append(episode.log())
     for name, word in words.items():
