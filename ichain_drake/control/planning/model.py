@@ -55,6 +55,9 @@ class LearnedEdge(Protocol):
     @property
     def alignment(self) -> Any: ...  # noqa: D102 - how the child's position goes with the parent's, or None
 
+    @property
+    def relative(self) -> bool: ...  # noqa: D102 - whether the status looks at where the two are to each other
+
 
 class PassiveKind(Protocol):
     """Passive dynamics of a variable; `kind` is `hold`, `constant`, `learned` or `change`."""

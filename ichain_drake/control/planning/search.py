@@ -14,6 +14,7 @@ import numpy as np
 
 from ichain_drake.control.planning.contradictions import MOST_VARIANTS, Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
 from ichain_drake.control.planning.holding import can_hold
@@ -79,6 +80,7 @@ class Search:
         self.options = options
         self.goal = goal
         self.surer = tuple(inside(c, self.model, _NOISES, _MARGIN) for c in goal.conditions)
+        self.frames = Frames(model)
         self.novelty = Novelty(model, objects)
         self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
@@ -184,7 +186,8 @@ class Search:
         return out
 
     def _driven(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
-        rows = [(n, d) for n in layer if n.held is None for d in self.options.drives]
+        free = [n for n in layer if n.held is None]
+        rows = [(n, d.placed(self.frames, n.states)) for n in free for d in self.options.drives]
         results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.options.borders)
         self.rollouts += len(rows)
         out = []

@@ -39,6 +39,9 @@ from ichain_drake.state import FloatArray
 
 _FOLDS = 5
 _MARGINS = (0.0, 0.05, 0.1, 0.2)
+_SURE = 2.0  # standard errors by which the place of something must say more than its place relative to the other
+_AROUND = 4  # rows to either side that the mean of what stands still is taken over: a third of its noise is left
+_STILL = 4.0  # noises from their median, within which all of them are of something that stands still
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,8 @@ def learn_status(
     if truth.all():
         return always_active(len(truth))
     candidates = status_candidates(data, edge, alignments, noise, affected)
-    chosen = input_choice(data, edge).choose(candidates) or _of_ends(candidates, edge)
+    choice = input_choice(data, edge)
+    chosen = _relative_if_as_good(choice, choice.choose(candidates), candidates) or _of_ends(candidates, edge)
     raw = np.hstack([c.item(_states(data, edge)) for c in chosen])
     floor = np.concatenate([c.noise for c in chosen])
     offset, scale = input_scales(raw, truth, floor)
@@ -171,6 +175,36 @@ def learn_status(
     )
 
 
+def _relative_if_as_good(
+    choice: InputChoice, chosen: Sequence[Candidate], candidates: Sequence[Candidate]
+) -> list[Candidate]:
+    """The place of one end relative to the other in place of its place, where it is not surely worse.
+
+    What is beside the other wherever that is can't be told from what is at a place while the other stays there: the
+    roles say which of the two holds elsewhere.
+    """
+    out = list(chosen)
+    for relative in candidates:
+        if not isinstance(relative.item, RelativeInput):
+            continue
+        ends = objects_of(relative.item)
+        for k, c in enumerate(out):
+            if relative in out or not _is_place(c, ends):
+                continue
+            other = [*out[:k], relative, *out[k + 1 :]]
+            gains = by_part(choice.left_out(out) - choice.left_out(other), choice.piece)
+            out = out if gains.sum() > _SURE * np.sqrt(np.sum(gains**2)) else other
+        if relative in out and not relative.item.alignment.rows and any(_is_place(c, ends) for c in out):
+            # Beside it a place of an end would say once more, along other axes, what was shown while the other stood.
+            fewer = [c for c in candidates if not _is_place(c, ends)]
+            return choice.choose(fewer)
+    return out
+
+
+def _is_place(candidate: Candidate, objects: Sequence[str]) -> bool:
+    return isinstance(candidate.item, PlaceInput) and candidate.item.obj in objects
+
+
 def _of_ends(candidates: Sequence[Candidate], edge: Interaction) -> list[Candidate]:
     """All that looks at nothing but the two ends of an interaction, where nothing is told apart."""
     return [c for c in candidates if set(objects_of(c.item)) <= {edge.parent, edge.child}]
@@ -201,7 +235,23 @@ def status_candidates(
     out = []
     for item in (*ends, *others):
         caused = _is_caused(item, edge, affected)
-        out.append(Candidate(item, item(lagged if caused else states), input_noise(item, noise), caused))
+        seen, floor = lagged if caused else states, input_noise(item, noise)
+        if isinstance(item, RelativeInput) and not item.alignment.rows:
+            # The one stands while the other passes: its noise would count against what is relative to it.
+            seen = {n: _rested(states[n], piece, noise[n]) for n in objects_of(item)}
+        out.append(Candidate(item, item(seen), floor, caused))
+    return out
+
+
+def _rested(values: FloatArray, piece: NDArray[np.intp], noise: FloatArray) -> FloatArray:
+    """Readings, shape (n, n_variables), with their mean over the rows around each in place of what stands still."""
+    out = values.copy()
+    for k in np.unique(piece):
+        rows = np.flatnonzero(piece == k)
+        index = rows[np.clip(np.arange(len(rows))[:, None] + np.arange(-_AROUND, _AROUND + 1), 0, len(rows) - 1)]
+        near = values[index]
+        still = (np.abs(near - np.median(near, axis=1, keepdims=True)) <= _STILL * noise).all(axis=1)
+        out[rows] = np.where(still, near.mean(axis=1), values[rows])
     return out
 
 
