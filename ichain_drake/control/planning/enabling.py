@@ -47,7 +47,7 @@ class Enabling:
         here = np.array([n[obj] for n in nodes])
         if self.anchor is not None:
             then = np.array([n[self.anchor] for n in nodes])
-            here = frames.along(obj, here, self.anchor, then, self._stands())
+            here = frames.beside(obj, here, self.anchor, then, self._stands())
         on = _decide(model, self.edge, self.carry, self.samples, here[:, follow]) >= 0.0
         return np.asarray(on.mean(axis=1) <= 1.0 - _MOST)
 
@@ -58,7 +58,7 @@ class Enabling:
         obj = self.carry.edge.child
         state = node[obj].copy()
         state[self.carry.follow] = self.place
-        return frames.along(obj, state, self.anchor, self._stands(), node[self.anchor])[self.carry.follow]
+        return frames.beside(obj, state, self.anchor, self._stands(), node[self.anchor])[self.carry.follow]
 
     def _stands(self) -> FloatArray:
         """Where the anchor is in the samples, shape (n_anchor,)."""
@@ -84,7 +84,9 @@ def find_enabling(model: GraphModel, carry: CarryOption) -> tuple[Enabling, ...]
         if sure.max() >= 0.0:
             place = carry.places[int(np.argmax(sure))]
             relative = obj in (edge.parent, edge.child) and frames.is_relative(edge)
-            anchor = (edge.child if obj == edge.parent else edge.parent) if relative else None
+            other = edge.child if obj == edge.parent else edge.parent
+            # What can be brought to the object itself is not what it has to be brought to.
+            anchor = other if relative and not frames.is_carried(other) else None
             out.append(Enabling(carry, edge, samples, place, anchor))
     return tuple(out)
 

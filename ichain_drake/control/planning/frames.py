@@ -45,6 +45,19 @@ class Frames:
         mine = [e for e in self._edges if obj in (e.parent, e.child) and e.parent != self._root and self.is_relative(e)]
         return tuple(dict.fromkeys(e.child if e.parent == obj else e.parent for e in mine))
 
+    def is_carried(self, obj: str) -> bool:
+        """Whether an object goes along with the robot when that holds it."""
+        learned: Any = self._edges.get(Interaction(self._root, obj))
+        return learned is not None and learned.alignment is not None
+
+    def beside(self, obj: str, places: FloatArray, by: str, then: FloatArray, now: FloatArray) -> FloatArray:
+        """As `along`, for places at which an object stands: how high it stands depends on what is below it."""
+        out = self.along(obj, places, by, then, now)
+        for i, v in enumerate(self._spaces[obj].variables):
+            if v.role is not None and (v.role.kind, v.role.axis) == ("position", "z"):
+                out[..., i] = places[..., i]
+        return out
+
     def along(self, obj: str, states: FloatArray, by: str, then: FloatArray, now: FloatArray) -> FloatArray:
         """States of an object, moved and turned as another one was.
 

@@ -88,7 +88,7 @@ def _known_places(frames: Frames, carry: CarryOption, nodes: Sequence[States]) -
     out = [np.repeat(carry.places[None], len(nodes), axis=0)]
     for anchor in frames.anchors(obj) if carry.let_go else ():
         now = np.array([s[anchor] for s in nodes])[:, None]
-        out.append(frames.along(obj, carry.let_go[obj], anchor, carry.let_go[anchor], now)[..., carry.follow])
+        out.append(frames.beside(obj, carry.let_go[obj], anchor, carry.let_go[anchor], now)[..., carry.follow])
     return np.concatenate(out, axis=1)
 
 

@@ -46,10 +46,12 @@ class CupFaults:
         slips: times [s]; a grasp is lost at each, or as soon after as the cup is held in the air. The hand must open
             and close anew.
         knocks: (time [s], dx, dy [m, robot frame]); the cup is displaced then, or as soon after as it stands.
+        away: how far the hand must be from it for that, at least [m].
     """
 
     slips: tuple[float, ...] = ()
     knocks: tuple[tuple[float, float, float], ...] = ()
+    away: float = 0.0
 
 
 @dataclass(frozen=True)

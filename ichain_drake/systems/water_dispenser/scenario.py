@@ -163,7 +163,7 @@ class WaterDispenser(Appliance[DispenserStart]):
 
     def make_cup(self, start: DispenserStart, make: ObjectMaker) -> Cup:
         """The cup in its start state."""
-        settings = self.cup_settings(CupFaults(slips=make.faults.slips, knocks=make.faults.knocks), start.stands)
+        settings = self.cup_settings(CupFaults(make.faults.slips, make.faults.knocks, make.faults.away), start.stands)
         rim = (*start.cup, settings.height + (LAYOUT.tray.height if start.on_tray else 0.0))
 
         def filled(cup: Cup) -> FloatArray:
