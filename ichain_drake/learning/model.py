@@ -71,6 +71,12 @@ class InteractionModel:
         rows, shape = flatten(states, self._around(edge.child), self.graph)
         return learned.status.decide(rows).reshape(shape)
 
+    def probability(self, edge: Interaction, states: States) -> FloatArray:
+        """Calibrated probability that an interaction is active, shape (...); arguments as of `decide`."""
+        learned = self._edge(edge)
+        rows, shape = flatten(states, self._around(edge.child), self.graph)
+        return learned.status.probability(rows).reshape(shape)
+
     def active(self, states: States, previous: Status | None = None) -> dict[Interaction, BoolArray]:
         """Which interactions are active, shape (...) each.
 

@@ -57,6 +57,12 @@ class ToyModel:
             np.shape(states[edge.child])[:-1]
         )
 
+    def probability(self, edge, states):
+        return np.where(self.decide(edge, states) >= 0, 0.98, 0.02)
+
+    def spread(self, child, active):
+        return self.noise[child]
+
     def active(self, states):
         return {e: self.decide(e, states) >= 0 for e in self.graph.interactions}
 

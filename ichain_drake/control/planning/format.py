@@ -27,8 +27,8 @@ def format_plan(plan: Plan | NoPlan, graph: InteractionGraph, start: States | No
     if not plan.steps:
         return "nothing to do: the goal is met"
     lines = [
-        f"{count(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s); {plan.expansions} states expanded, "
-        f"{plan.rollouts} options simulated"
+        f"{count(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s), success {plan.probability:.2f}; "
+        f"{plan.expansions} states expanded, {plan.rollouts} options simulated"
     ]
     passed, known = 0, start
     for number, step in enumerate(plan.steps, 1):

@@ -110,6 +110,14 @@ class GraphModel(Protocol):
         """Decision value of an interaction's status, shape (...): >= 0 means active."""
         ...
 
+    def probability(self, edge: Interaction, states: Mapping[str, FloatArray]) -> FloatArray:
+        """Calibrated probability that an interaction is active, shape (...)."""
+        ...
+
+    def spread(self, child: str, active: Sequence[Interaction]) -> FloatArray:
+        """Standard deviation of a one-tick prediction while some interactions are active, shape (n_variables,)."""
+        ...
+
     def active(self, states: Mapping[str, FloatArray]) -> dict[Interaction, BoolArray]:
         """Which interactions are active, shape (...) each."""
         ...

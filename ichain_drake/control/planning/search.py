@@ -17,7 +17,7 @@ from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
-from ichain_drake.control.planning.holding import can_hold
+from ichain_drake.control.planning.holding import LIKELY, can_hold, hold_probability
 from ichain_drake.control.planning.model import Batch, GraphModel, row, stack, take
 from ichain_drake.control.planning.options import CarryOption, DriveOption
 from ichain_drake.control.planning.places import carry_targets
@@ -167,11 +167,12 @@ class Search:
         batch = stack([n.states for n, _, _ in moves])
         for k, (_, carry, place) in enumerate(moves):
             batch[carry.edge.child][k, carry.follow] = place
-        held = np.ones(len(moves), dtype=bool)  # there too, before it is let go
+        held = np.ones(len(moves))  # there too, before it is let go
         for carry in self.options.carries:
             mine = [k for k, (_, c, _) in enumerate(moves) if c is carry]
-            held[mine] = can_hold(self.model, carry.edge, [row(batch, k) for k in mine])
-        moves, batch = [m for m, ok in zip(moves, held, strict=True) if ok], take(batch, np.flatnonzero(held))
+            held[mine] = hold_probability(self.model, carry.edge, [row(batch, k) for k in mine])
+        kept = np.flatnonzero(held >= LIKELY)
+        moves, batch, held = [moves[k] for k in kept], take(batch, kept), held[kept]
         if not moves:
             return []
         after, _ = settle(self.model, batch, self.parked)
@@ -181,7 +182,8 @@ class Search:
             states = {n: v[k] for n, v in after.items()}
             wanted = self._pose(carry, place)
             ticks = _SWITCH_TICKS + self._way(carry, node.states[carry.edge.child][carry.follow], place)
-            step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks)
+            likely = float(held[k])
+            step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks, probability=likely)
             out += self._child(node, step, states)
         return out
 
@@ -196,7 +198,8 @@ class Search:
                 if outcome.lost is not None:
                     self.nearest.note_blocked(drive, outcome.lost, outcome.margin)
                 else:
-                    out += self._child(node, self._step(node, drive, outcome), outcome.states)
+                    step = replace(self._step(node, drive, outcome), probability=outcome.probability)
+                    out += self._child(node, step, outcome.states)
         return out
 
     def _step(self, node: SearchNode, drive: DriveOption, outcome: Outcome) -> PlanStep:
