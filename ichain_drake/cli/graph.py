@@ -110,7 +110,13 @@ def run_goal_scenario(
 
 
 def print_plan(
-    scenario: Any, expressions: list[str], demos: Path | None, library: Path | None = None, *, resampled: bool = False
+    scenario: Any,
+    expressions: list[str],
+    demos: Path | None,
+    library: Path | None = None,
+    *,
+    resampled: bool = False,
+    explain: bool = False,
 ) -> int:
     """`ichain plan`: learn (what the library doesn't know of the graph), look, plan, print.
 
@@ -140,9 +146,9 @@ def print_plan(
         say("planning")
         _, plan = make_plan(knowledge, goal, start)
     if isinstance(plan, Plan):
-        print(format_plan(plan, scenario.graph, start))
+        print(format_plan(plan, scenario.graph, start, likely=explain))
         return 0
-    print(plan.reason)
+    print("\n".join([plan.reason, *(plan.tree if explain else ())]))
     return 1
 
 

@@ -130,6 +130,7 @@ def run(
 @click.argument("more", nargs=-1, metavar="")
 @options("physics", "seed")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
+@click.option("--explain", is_flag=True, help="also what was tried for each condition, and how likely each step is")
 @options("resample", "library", "settings")
 def plan(
     scenario: str,
@@ -138,6 +139,7 @@ def plan(
     physics: str,
     seed: int,
     demos: Path | None,
+    explain: bool,
     resample: bool,
     library: Path | None,
     settings: tuple[str, ...],
@@ -149,7 +151,7 @@ def plan(
     loaded = scenario_named(scenario, settings, physics, seed)
     if isinstance(loaded, PathScenario):
         raise IchainError(f"{scenario} follows paths; `ichain plan` is for scenarios with a goal")
-    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample)
+    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample, explain=explain)
 
 
 @app.command()

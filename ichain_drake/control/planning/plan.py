@@ -92,7 +92,7 @@ class Plan:
         expansions, rollouts: effort of the search.
         seconds: duration of the search [s].
         cautious: interactions that it uses only as they were shown, beside what their classifiers ask for.
-        probability: of success as predicted: that all steps work, and that their spread leaves the goal's conditions met.
+        probability: of success as predicted: that all steps work, and their spread leaves the goal's conditions met.
     """
 
     steps: tuple[PlanStep, ...]
@@ -113,9 +113,11 @@ class NoPlan:
         closest: the nearest value that the search found for its variable.
         edge: the interaction at which it failed; None where no interaction acts on the object.
         reason: in words.
+        tree: what was tried for each condition, in indented lines; empty where nothing had to be tried to see it.
     """
 
     condition: Condition
     closest: float
     edge: Interaction | None
     reason: str
+    tree: tuple[str, ...] = ()

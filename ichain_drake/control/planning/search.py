@@ -14,6 +14,7 @@ import numpy as np
 
 from ichain_drake.control.planning.contradictions import MOST_VARIANTS, Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
+from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
@@ -123,7 +124,8 @@ class Search:
             kept = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
             self.dropped |= len(kept) < len(queue)
             layer, reserve = kept[: self.settings.width], kept[self.settings.width :]
-        return self.nearest.failure(self.expansions, exhausted=not layer and not self.dropped)
+        failure = self.nearest.failure(self.expansions, exhausted=not layer and not self.dropped)
+        return replace(failure, tree=failure_tree(self.nearest))
 
     def _key(self, node: SearchNode) -> tuple[object, ...]:
         return (*self.novelty.key(node.states), node.unmet, node.held)
@@ -195,6 +197,7 @@ class Search:
         out = []
         for (node, drive), outcomes in zip(rows, results, strict=True):
             for outcome in outcomes:
+                self.nearest.note_tried(drive, outcome.end, outcome.probability, outcome.lost)
                 if outcome.lost is not None:
                     self.nearest.note_blocked(drive, outcome.lost, outcome.margin)
                 else:
