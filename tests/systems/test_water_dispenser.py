@@ -339,3 +339,12 @@ def test_the_playback_shows_water_and_lit_buttons(physics: str, tmp_path: Path) 
         assert f"/drake/{path}" in moved, path
     assert scene.meshcat.HasPath("/drake/tank/part_0") == (physics == "ideal")
     assert scene.meshcat.HasPath("/drake/cup/cup/glass") == (physics == "ideal")
+
+
+def test_a_machine_that_is_moved_must_be_seen_and_stands_elsewhere_in_runs_alone() -> None:
+    moved = ("machine.shift=[0.0, 0.1]", "machine.turn_deg=30")
+    with pytest.raises(InputError, match="a machine that is moved must be seen"):
+        WaterDispenser(moved, "ideal")
+    scenario = WaterDispenser((*moved, "machine.seen=true"), "ideal")
+    assert scenario.start(0).stands is not None
+    assert all(piece.start.stands is None for piece in scenario.script(np.random.default_rng(0)))

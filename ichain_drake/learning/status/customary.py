@@ -94,9 +94,9 @@ def learn_customary(
 ) -> Customary:
     """The customary conditions of an interaction.
 
-    They are about what lies still while the robot works: states of the child's other parents, but not of the robot, and
-    the child's own place where the robot is no end, which by themselves tell rows in which the interaction is inactive.
-    What the classifier looks at already is left out, and so is what never changes.
+    They are about what lies still while the robot works: where the robot is no end, the child's own place if the
+    classifier doesn't look at it; else states of the child's other parents, but not of the robot. Only what by itself
+    tells rows in which the interaction is inactive counts, and what the classifier looks at already is left out.
 
     Args:
         data: the pieces.
@@ -114,7 +114,8 @@ def learn_customary(
     ends, others = candidate_inputs(data, edge, alignments)
     placed = any(isinstance(i, PlaceInput | RelativeInput) and edge.child in objects_of(i) for i in status.inputs)
     if edge.parent != data.graph.root and not placed:
-        others += [i for i in ends if isinstance(i, PlaceInput) and i.obj == edge.child]
+        own: list[StatusInput] = [i for i in ends if isinstance(i, PlaceInput) and i.obj == edge.child]
+        others = own or others
     for item in others if not truth.all() else ():
         if item.label in known or data.graph.root in objects_of(item):
             continue
