@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ichain_drake.control.planning.borders import active_samples
+from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import Batch, GraphModel
-from ichain_drake.control.planning.options import CarryOption
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray

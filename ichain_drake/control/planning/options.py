@@ -6,12 +6,13 @@ robot on, drive a variable of its last object until it stops changing, and let g
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
+from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import (
     Batch,
@@ -32,8 +33,6 @@ from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
 
-_AT_REST = 0.25  # share of its response to motion that a followed variable may change by while the robot is still
-_RESPONSE = 0.5  # of the robot's largest step
 _PROBE_TICKS = 6
 _LONG_TICKS = 36
 _RECHECK = 12  # ticks after which interactions are classified anew
@@ -46,23 +45,6 @@ _QUIET = 0.05  # of the best sample's change
 _SEEN = 3  # demonstrated poses
 _UNSEEN = 4.0  # weight of the distance from what was demonstrated
 _MOST_SAMPLES = 60  # per chain
-
-
-@dataclass(frozen=True, eq=False)
-class CarryOption:
-    """An object that follows the robot through an interaction.
-
-    Attributes:
-        edge: from the robot.
-        follow: indices of the object's variables that follow the robot and stay where they are let go.
-        places: values of these variables where the object was let go in demonstrations, shape (n_places, n_follow).
-        let_go: all states then, shape (n_places, n_variables) each.
-    """
-
-    edge: Interaction
-    follow: IntArray
-    places: FloatArray
-    let_go: Batch = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,38 +108,6 @@ def beside(frames: Frames, sample: Batch, root: str, carried: str | None, anchor
         by, then, now = carried, sample[carried], out[carried]
     out[root] = frames.along(root, sample[root], by, then, now)
     return out
-
-
-def find_carries(model: GraphModel) -> tuple[CarryOption, ...]:
-    """Objects that the robot can carry, in the graph's order."""
-    found = []
-    for edge in model.graph.interactions:
-        if edge.parent != model.graph.root:
-            continue
-        follow = _followers(model, edge)
-        let_go = model.edges[edge].examples.deactivations.after
-        if len(follow) and len(let_go[edge.child]):
-            places, rows = np.unique(let_go[edge.child][:, follow], axis=0, return_index=True)
-            found.append(CarryOption(edge, follow, places, take(let_go, rows)))
-    return tuple(found)
-
-
-def _followers(model: GraphModel, edge: Interaction) -> IntArray:
-    """Variables that change with the robot's motion, not while it is still, and keep their value when let go."""
-    samples = model.edges[edge].examples.active
-    root, child = samples[edge.parent], samples[edge.child]
-    if not len(root):
-        return np.zeros(0, dtype=np.intp)
-    pair = {edge.parent: root, edge.child: child}
-    still = np.sqrt(np.mean(model.effect(edge, pair, root) ** 2, axis=0))
-    moved = np.zeros_like(still)
-    for i, limit in enumerate(model.step_limit[edge.parent]):
-        for sign in (1.0, -1.0):
-            push = np.zeros(root.shape[1])
-            push[i] = sign * _RESPONSE * limit
-            moved = np.maximum(moved, np.sqrt(np.mean(model.effect(edge, pair, root + push) ** 2, axis=0)))
-    floor = np.maximum(model.noise[edge.child], 1e-9 * span(model, edge.child))
-    return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & (still < _AT_REST * moved))
 
 
 def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:

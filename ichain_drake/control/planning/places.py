@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import networkx as nx
 import numpy as np
 
+from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.enabling import Enabling
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
 from ichain_drake.control.planning.model import Batch, GraphModel, row, span
-from ichain_drake.control.planning.options import CarryOption
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.slope import least_motion, slope
 from ichain_drake.rules import enabled

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import networkx as nx
 import numpy as np
 
+from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.contradictions import MOST_VARIANTS, Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.failure_tree import failure_tree
@@ -20,7 +21,7 @@ from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
 from ichain_drake.control.planning.holding import LIKELY, can_hold, hold_probability
 from ichain_drake.control.planning.model import Batch, GraphModel, row, stack, take
-from ichain_drake.control.planning.options import CarryOption, DriveOption
+from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
 from ichain_drake.control.planning.repertoire import Repertoire

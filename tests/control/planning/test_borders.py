@@ -6,10 +6,11 @@ import numpy as np
 from toy_models import TAP_START, tap
 
 from ichain_drake.control.planning.borders import crossed, find_borders
+from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.enabling import find_enabling
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.options import find_carries, find_drives
+from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner

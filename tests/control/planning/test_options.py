@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ichain_drake.control.planning.options import CarryOption, _unseen
+from ichain_drake.control.planning.carries import CarryOption
+from ichain_drake.control.planning.options import _unseen
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
