@@ -5,14 +5,16 @@ from fractions import Fraction
 from pydrake.systems.analysis import Simulator
 
 import ichain_drake as ic
+from ichain_drake.objects import Joystick
+from ichain_drake.objects.gymnasium import ActionTerm, GameEnvironment, GameSpec, GymnasiumGame
 
 # Torque of 2 N m at the end of the stick; 20 steps a second in 30 frames.
-terms = (ic.ActionTerm("x_axis", scale=2.0),)
-game = ic.GameEnvironment(ic.GameSpec("Pendulum-v1", terms, steps_per_frame=Fraction(2, 3)))
+terms = (ActionTerm("x_axis", scale=2.0),)
+game = GameEnvironment(GameSpec("Pendulum-v1", terms, steps_per_frame=Fraction(2, 3)))
 robot = ic.build_robot(ic.load_scenario("car_game").config.robot, "ideal")
-objects = {"hand": robot.space, "stick": ic.Joystick.state_space, "pendulum": game.space}
-stick = ic.Joystick("stick", {"hand": robot.space}, settings=ic.ObjectSettings(object_id=1))
-pendulum = ic.GymnasiumGame("pendulum", {"stick": stick.state_space}, game, settings=ic.ObjectSettings(object_id=2))
+objects = {"hand": robot.space, "stick": Joystick.state_space, "pendulum": game.space}
+stick = Joystick("stick", {"hand": robot.space}, settings=ic.ObjectSettings(object_id=1))
+pendulum = GymnasiumGame("pendulum", {"stick": stick.state_space}, game, settings=ic.ObjectSettings(object_id=2))
 ic.check_object(pendulum)
 graph = ic.InteractionGraph(objects, ["hand->stick", "stick->pendulum"])
 world = ic.World(graph, robot, {"stick": stick, "pendulum": pendulum})

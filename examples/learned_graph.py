@@ -3,14 +3,10 @@
 import numpy as np
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 
-from ichain_drake import build_learned_graph, learn_chain, load_scenario
+import ichain_drake as ic
 
-scenario = load_scenario("car_game", ["learning.samples=150"], physics="ideal")
-pieces = list(scenario.record_demonstrations())
-candidates = scenario.config.learning.candidates()
-chain = learn_chain(pieces, scenario.graph, scenario.target, scenario.target_variables, candidates)
-
-learned = build_learned_graph(chain.graph, {link.interaction: link.forward.model for link in chain.links})
+scenario = ic.load_scenario("car_game", ["learning.samples=150"], physics="ideal")
+learned = ic.LearnedGraph(ic.learn(scenario, scenario.record_demonstrations()))
 context = learned.CreateDefaultContext()
 learned.set_states(context, {"hand": [0.5, 0.0], "joystick": [0.0, 0.0], "car": [400.0, 300.0, 0.0, 45.0, 0.0]})
 learned.GetInputPort("hand").FixValue(context, [0.515, 0.02])  # where the hand will be at t + 1

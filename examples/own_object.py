@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 import ichain_drake as ic
+from ichain_drake.objects import Joystick
 
 
 class Winch(ic.WorldObject):
@@ -19,8 +20,8 @@ class Winch(ic.WorldObject):
 
 
 robot = ic.build_robot(ic.load_scenario("car_game").config.robot, "ideal")
-objects = {"hand": robot.space, "stick": ic.Joystick.state_space, "winch": Winch.state_space}
-stick = ic.Joystick("stick", {"hand": robot.space}, settings=ic.ObjectSettings(object_id=1))
+objects = {"hand": robot.space, "stick": Joystick.state_space, "winch": Winch.state_space}
+stick = Joystick("stick", {"hand": robot.space}, settings=ic.ObjectSettings(object_id=1))
 winch = Winch("winch", {"stick": stick.state_space}, settings=ic.ObjectSettings(object_id=2))
 ic.check_object(winch)  # says what is wrong, if anything is
 world = ic.World(ic.InteractionGraph(objects, ["hand->stick", "stick->winch"]), robot, {"stick": stick, "winch": winch})

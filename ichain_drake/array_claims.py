@@ -10,8 +10,12 @@ import numpy as np
 
 from ichain_drake.errors import InputError
 
-_MOST_BYTES = 2**30
-"""All arrays of one file together [bytes]: ten times the largest recording or graph so far."""
+_MOST_BYTES = 2**28
+"""All arrays of one file together [bytes]: an hour of a large graph at 30 Hz is a tenth of it."""
+_MOST_TEXTS = 10**6
+"""Texts in one array: each takes some fifty bytes more once it is one of Python's."""
+_MOST_ITEM = 2**24
+"""One item of an array [bytes]: numbers take 16 at most, and the largest are texts such as a table of contents."""
 
 
 def check_claims(file: IO[bytes], where: str) -> None:
@@ -23,8 +27,7 @@ def check_claims(file: IO[bytes], where: str) -> None:
 
     Raises:
         InputError: names the array and what it claims.
-        zipfile.BadZipFile, ValueError, OSError, EOFError, zlib.error, NotImplementedError, RuntimeError: if it is no
-            `.npz` file of arrays, as numpy would raise them.
+        Exception: of whatever kind numpy and zipfile make, if it is no `.npz` file of arrays.
     """
     with zipfile.ZipFile(file) as archive:
         for member in archive.infolist():
@@ -35,6 +38,17 @@ def check_claims(file: IO[bytes], where: str) -> None:
                 read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
                 shape, _, kind = read(stream)
             size = math.prod(shape) * kind.itemsize if all(n >= 0 for n in shape) else math.inf
+            if kind.itemsize > _MOST_ITEM:
+                name = member.filename.removesuffix(".npy")
+                raise InputError(
+                    f"{where}: one item of {name} claims to be {kind.itemsize / 1e6:.0f} MB, and "
+                    f"{_MOST_ITEM / 1e6:.0f} are read at most; nothing of it is read"
+                )
+            if kind.kind == "U" and math.prod(shape) > _MOST_TEXTS:
+                raise InputError(
+                    f"{where}: {member.filename.removesuffix('.npy')} claims {math.prod(shape):.3g} texts, and "
+                    f"{_MOST_TEXTS} are read at most; nothing of it is read"
+                )
             if size > member.file_size or len(shape) > 32:
                 raise InputError(
                     f"{where}: {member.filename.removesuffix('.npy')} claims to be {size:.3g} bytes, and "

@@ -11,6 +11,10 @@ from typing import Any
 class IchainError(Exception):
     """Base class of all errors that this library raises on purpose."""
 
+    def __str__(self) -> str:
+        """One line: what was quoted from outside may hold line ends."""
+        return " ".join(super().__str__().splitlines())
+
 
 class InputError(IchainError, ValueError):
     """Something that came from outside (a file, an argument, an array) can't be used."""

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from ichain_drake.errors import InputError
 
 MOST_BYTES = 2**28
-"""Larger tables and paths are refused unread [bytes]: a day at 3 Hz with a hundred columns is a tenth of it."""
+"""Larger files are refused unread [bytes]."""
+
+MOST_CELLS = 10**7
+"""Rows times columns of a table [1]: an hour of fifty columns at 50 Hz, 80 MB as numbers."""
+
+MOST_JSON = 2**23
+"""Larger JSON files are refused unread [bytes]: as lists in lists they take a hundred times as much memory."""
 
 
 def shown(file: Path) -> str:
@@ -90,11 +98,47 @@ def read_whole(file: Path, what: str, most: int = MOST_BYTES) -> bytes:
                     f"{file}: can't read {what}: {state.st_size / 1e6:.0f} MB, and {most / 1e6:.0f} are read at most; "
                     "split it into pieces"
                 )
-            return stream.read(most)
+            return stream.read(state.st_size)  # a larger number would be asked for as memory at once
     except InputError:
         raise
     except (OSError, ValueError) as error:  # a name with a zero byte is a ValueError
         raise InputError(f"{file}: can't read {what}: {reason_of(error)}") from None
+
+
+def read_json(file: Path, what: str, most: int = MOST_JSON) -> Any:
+    """What a JSON file holds.
+
+    Args:
+        file: which.
+        what: it should be, for errors: `the earlier scoreboard`.
+        most: bytes that are read at most.
+
+    Raises:
+        InputError: as `read_whole`, and if it is no JSON, or nested too deeply.
+    """
+    return json_value(read_whole(file, what, most), f"{file}: can't read {what}")
+
+
+def json_value(data: bytes, where: str) -> Any:
+    """What JSON in UTF-8 holds; numbers that are not finite are no JSON.
+
+    Args:
+        data: the bytes.
+        where: begins the error.
+
+    Raises:
+        InputError: if it is none, or nested too deeply.
+    """
+    try:
+        return json.loads(data.decode(), parse_constant=_no_constant)
+    except RecursionError:
+        raise InputError(f"{where}: it is nested too deeply") from None
+    except ValueError as error:  # UnicodeDecodeError is one
+        raise InputError(f"{where}: it is no complete JSON ({error})") from None
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is no number")
 
 
 def write_whole(file: Path, content: bytes, *, new: bool = False) -> None:
@@ -123,7 +167,7 @@ def write_whole(file: Path, content: bytes, *, new: bool = False) -> None:
         raise InputError(f"{file}: is there already and is not overwritten; give another name or folder") from None
     except (OSError, ValueError) as error:
         raise InputError(
-            f"{file}: can't write {len(content) / 1e6:.1f} MB there ({reason_of(error)}); give a writable folder with "
+            f"{file}: can't write {len(content) / 1e3:.0f} kB there ({reason_of(error)}); give a writable folder with "
             "room"
         ) from error
 

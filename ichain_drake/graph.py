@@ -182,11 +182,6 @@ class InteractionGraph:
         measured = self.objects[edge.parent].observable
         return None if origin is None or origin.offset(measured) is None else origin
 
-    @property
-    def is_chain(self) -> bool:
-        """Whether every object has at most one parent and one child (paper sec. III)."""
-        return all(len(self.parents(n)) <= 1 and len(self.children(n)) <= 1 for n in self.objects)
-
     def chain(self, target: str) -> tuple[str, ...]:
         """The shortest chain of objects from the robot to the target, both included.
 

@@ -138,6 +138,11 @@ class StateSpace:
         return np.array([v.kind == "angle" for v in self.variables], dtype=bool)
 
     @cached_property
+    def jump_mask(self) -> NDArray[np.bool_]:
+        """True for variables that can't change gradually, shape (n_variables,)."""
+        return np.array([v.kind in ("binary", "integer") for v in self.variables], dtype=bool)
+
+    @cached_property
     def lower(self) -> FloatArray:
         """Lower bounds, shape (n_variables,)."""
         return np.array([v.lower for v in self.variables], dtype=float)

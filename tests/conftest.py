@@ -12,8 +12,7 @@ from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
     from ichain_drake.demonstrations import Demonstration
-    from ichain_drake.learning import InteractionSpec
-    from ichain_drake.runs.goals.knowledge import Knowledge
+    from ichain_drake.learning import InteractionModel, InteractionSpec
 
 # How long an example takes says more about what else runs on the machine than about the code.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -36,8 +35,8 @@ def dispenser_pieces() -> list[Demonstration]:
 
 
 @pytest.fixture(scope="session")
-def dispenser_knowledge(dispenser_pieces: list[Demonstration], quick_spec: InteractionSpec) -> Knowledge:
-    from ichain_drake.runs.goals.knowledge import learn_graph
+def dispenser_model(dispenser_pieces: list[Demonstration], quick_spec: InteractionSpec) -> InteractionModel:
+    from ichain_drake.runs.learn import learn
     from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
-    return learn_graph(dispenser_pieces, WaterDispenser((), "ideal").graph, quick_spec)
+    return learn(WaterDispenser((), "ideal").graph, dispenser_pieces, spec=quick_spec)

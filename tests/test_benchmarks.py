@@ -1,23 +1,28 @@
 """The benchmarks' structure and what doesn't depend on the machine; never a time."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from pydrake.systems.framework import LeafSystem
 
-from ichain_drake.benchmarks import BenchmarkSizes, format_table, run_benchmarks
+from ichain_drake.benchmarks import BenchmarkSizes, format_profile, format_table, profile_run, run_benchmarks
 from ichain_drake.benchmarks.chain_length import learn_dial, mirrored, synthetic_chain, synthetic_world
 from ichain_drake.benchmarks.diagram import BarePlant
 from ichain_drake.benchmarks.games import games_installed
 from ichain_drake.benchmarks.measure import interleaved, line_fit
+from ichain_drake.benchmarks.phases import PHASES
 from ichain_drake.benchmarks.stopwatch import timed_callbacks
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.errors import InputError
 from ichain_drake.scenarios.joystick_demonstrations import Player
 from ichain_drake.simulation.episode import Episode
+from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
+
+ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="module")
@@ -121,10 +126,10 @@ def test_a_stopwatch_restores_drake_and_counts_callbacks() -> None:
 
 def test_a_robot_without_a_plant_is_refused() -> None:
     game = CarGame((), "ideal")
-    world, prepare = game.make_world(TimedPath(game.reference_paths()["eight"], game.path_limits()), 0)
+    world = game.make_world(TimedPath(game.reference_paths()["eight"], game.path_limits()), 0)
     player = Player(np.array([0.5, 0.0]), 0.01, 0.01, 3, [0])
     with pytest.raises(InputError, match="needs a robot with a plant"):
-        BarePlant(Episode(world, player, prepare, log=False), 1.0)
+        BarePlant(Episode(world, player, log=False), 1.0)
 
 
 def test_measures() -> None:
@@ -136,3 +141,31 @@ def test_measures() -> None:
     order: list[str] = []
     interleaved({n: lambda n=n: order.append(n) or 0.0 for n in "ab"}, 2)
     assert order == ["a", "b", "a", "b"]
+
+
+class ShortGame(CarGame):
+    """The car game with a path of a few seconds."""
+
+    def reference_paths(self) -> dict[str, Any]:
+        t = np.linspace(0.0, 1.0, 200)[:, None]
+        return {"line": np.concatenate([300 + 100 * t, 300 + 0 * t], axis=1)}
+
+
+@pytest.mark.parametrize("kind", ["path", "goal"])
+def test_a_run_s_time_by_phase_and_by_system(kind: str) -> None:
+    settings = ["learning.samples=60", "control.efforts=[0.05]", "control.horizons=[5]"]
+    bath = ROOT / "examples" / "own_system" / "bath.py"
+    scenario = ShortGame(settings, "ideal", 0) if kind == "path" else load_scenario(str(bath), (), "ideal", 0)
+    asked = {"validate", "oracle"} if kind == "path" else {"plan"}
+    said: list[str] = []
+    found = profile_run(scenario, said.append)
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert said[-1] == "write"
+    phases = {row["phase"]: row["processor"] for row in found["phases"]}
+    assert list(phases) == [p for p in PHASES if p not in {"validate", "oracle", "plan"} - asked]
+    assert all(seconds > 0 for seconds in phases.values())
+    systems = {row["system"]: row["processor"] for row in found["systems"]}
+    assert {"controller", *scenario.graph.objects} - {scenario.graph.root} <= set(systems)
+    assert sum(systems.values()) == pytest.approx(sum(phases.get(p, 0.0) for p in ("plan", "control", "objects")))
+    text = format_profile(found)
+    assert all(word in text for word in [*phases, *systems, "ideal physics, seed 0"])

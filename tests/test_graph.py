@@ -46,14 +46,6 @@ def test_chains_from_the_robot() -> None:
     assert CYCLIC.chains("r") == (("r",),)
 
 
-@pytest.mark.parametrize(
-    ("names", "edges", "chain"),
-    [("r a b", ["r->a", "a->b"], True), ("r a b", ["r->a", "r->b"], False), ("r a b", ["r->a", "a->b", "r->b"], False)],
-)
-def test_what_counts_as_a_chain(names: str, edges: list[str], chain: bool) -> None:
-    assert graph(names, *edges).is_chain is chain
-
-
 def test_edges_in_all_three_forms_are_the_same() -> None:
     edges = [Interaction("r", "a"), ("r", "a"), " r -> a "]
     assert {InteractionGraph({"r": SPACE, "a": SPACE}, [e]).interactions for e in edges} == {(Interaction("r", "a"),)}

@@ -88,10 +88,9 @@ def test_its_objects_keep_the_contract(own: Path) -> None:
 @pytest.mark.parametrize("seed", [1, 2])
 def test_other_demonstrations_reach_the_goal_as_well(own: Path, seed: int) -> None:
     scenario = ic.load_scenario(str(own), physics="ideal", seed=seed)
-    knowledge = ic.learn_graph(list(scenario.record_demonstrations()), scenario.graph)
+    model = ic.learn(scenario, scenario.record_demonstrations())
     for number in range(3):
-        run = ic.GraphRun(scenario, number=number)
-        ic.run_graph(run, knowledge=knowledge)
+        run = ic.run(scenario, known=model, number=number)
         assert run.goal_reached, run.reason
 
 

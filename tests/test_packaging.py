@@ -30,6 +30,7 @@ DISTRIBUTIONS = {
     "yaml": "pyyaml",
     "PIL": "pillow",
     "umsgpack": "meshcat",
+    "mcap_ros2": "mcap-ros2-support",
 }
 
 
@@ -92,7 +93,7 @@ def test_the_installed_wheel_lists_its_scenarios_outside_the_checkout(installed:
 
 
 def test_the_installed_wheel_learns_drives_and_writes_a_playback(installed: Path, tmp_path: Path) -> None:
-    options = ["--physics", "ideal", "--paths", "eight", "--no-oracle", "--set", "learning.samples=120", "-o", "out"]
+    options = ["--physics", "ideal", "--paths", "eight", "--set", "learning.samples=120", "-o", "out"]
     report = json.loads(ichain(installed, tmp_path, "run", "car_game", *options, "--report", "-"))
     assert report["goal_reached"]
     page = (tmp_path / "out" / "playback.html").read_text(encoding="utf-8")
@@ -129,13 +130,27 @@ def imported(folder: Path) -> set[str]:
     return found - set(sys.stdlib_module_names) - {"ichain_drake"}
 
 
+def required_by_name() -> set[str]:
+    """Distributions whose modules are imported where they are used, by `require("module", ...)`."""
+    code = "".join(f.read_text() for f in PACKAGE.rglob("*.py"))
+    names = re.findall(r'\b(?:require|import_module)\("(\w+)', code)
+    return {DISTRIBUTIONS.get(n, n) for n in names}
+
+
 def test_dependencies_are_what_the_package_imports() -> None:
     used = {DISTRIBUTIONS.get(m, m) for m in imported(PACKAGE)}
-    core, games = (
+    extras = PROJECT["project"]["optional-dependencies"]
+    core, *optional = (
         {re.split(r"[<>=!~\[; ]", r, maxsplit=1)[0].lower() for r in group}
-        for group in (PROJECT["project"]["dependencies"], PROJECT["project"]["optional-dependencies"]["games"])
+        for group in (
+            PROJECT["project"]["dependencies"],
+            extras["games"],
+            extras["logs"],
+            extras["minari"],
+            extras["onnx"],
+        )
     )
-    assert used == core | games
+    assert used | required_by_name() == core.union(*optional)
 
 
 def test_no_wildcard_and_no_pydrake_all() -> None:
@@ -175,8 +190,16 @@ def test_type_checkers_see_the_names_that_are_exported() -> None:
         if isinstance(node, ast.ImportFrom)
         for a in node.names
     }
-    assert seen == ichain_drake._HOME
-    assert sorted(seen) == sorted(ichain_drake.__all__)
+    assert seen == ichain_drake._PUBLIC
+    assert list(ichain_drake._PUBLIC) == ichain_drake.__all__
+
+
+def test_the_public_interface_is_small_and_earlier_names_still_resolve() -> None:
+    assert len(ichain_drake.__all__) <= 35
+    for name in set(ichain_drake._HOME) - set(ichain_drake.__all__):
+        assert getattr(ichain_drake, name) is not None
+    with pytest.raises(AttributeError, match=r"no attribute 'learn_graph'; it is learn\(graph, demonstrations\) now"):
+        _ = ichain_drake.learn_graph
 
 
 def documented(text: str | None) -> set[str]:
@@ -243,3 +266,13 @@ def test_a_class_documents_its_constructor_and_methods(kind: type) -> None:
     for name, member in vars(kind).items():
         if isinstance(member, property) and not name.startswith("_"):
             assert member.__doc__, f"{kind.__name__}.{name} has no docstring"
+
+
+@pytest.mark.parametrize("words", [["-c", "import ichain_drake"], ["-m", "ichain_drake", "--help"]])
+def test_beginning_is_quick_as_nothing_large_is_imported(words: list[str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", *words], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+    assert "ichain_drake" in imported
+    assert not imported & {"numpy", "pandas", "pydrake", "sklearn", "scipy", "matplotlib", "joblib", "rich"}

@@ -1,6 +1,7 @@
 """What the library costs: every figure that `ichain benchmarks` prints."""
 
+from ichain_drake.benchmarks.phases import profile_run
 from ichain_drake.benchmarks.run import BenchmarkSizes, run_benchmarks
-from ichain_drake.benchmarks.table import format_table
+from ichain_drake.benchmarks.table import format_profile, format_table
 
-__all__ = ["BenchmarkSizes", "format_table", "run_benchmarks"]
+__all__ = ["BenchmarkSizes", "format_profile", "format_table", "profile_run", "run_benchmarks"]

@@ -16,25 +16,20 @@ from ichain_drake.benchmarks.measure import interleaved, processor_seconds
 from ichain_drake.benchmarks.stopwatch import timed_callbacks
 from ichain_drake.control.tracking.chain import ChainController
 from ichain_drake.control.tracking.path import TimedPath
-from ichain_drake.control.tracking.systems import Controller
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.robot.plant import add_robot_plant
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.simulation.episode import Episode
+from ichain_drake.simulation.wiring import path_controller
 
 
 def make_episode(
     scenario: PathScenario, chain: LearnedChain, controller: ChainController, path: TimedPath, *, log: bool
 ) -> Episode:
     """The whole diagram: world, controller and follower, at the start of a path."""
-    world, prepare = scenario.make_world(path, 0)
-    spaces = {n: scenario.graph.objects[n].observable for n in chain.names}
-    middle = (chain.command_lower + chain.command_upper) / 2
-    commander = Controller(controller.policy, spaces, len(chain.targets), middle)
-    lookahead = controller.policy.lookahead
-    return Episode(world, commander, prepare, path, scenario.target, chain.targets, lookahead=lookahead, log=log)
+    return Episode(scenario.make_world(path, 0), path_controller(chain, controller, path), log=log)
 
 
 class BarePlant:
@@ -188,18 +183,15 @@ def _breakdown(
         episode = make_episode(scenario, chain, controller, path, log=False)
     watch.reset()
     total = 1000.0 * processor_seconds(lambda: episode.simulator.AdvanceTo(seconds)) / seconds
-    rows = []
-    for system, spent in watch.seconds.items():
-        name = system.GetSystemPathname().removeprefix("::").removeprefix("_::").removeprefix("world::")
-        rows.append(
-            {
-                "system": name.replace("::", "/"),
-                "calls_a_second": watch.calls[system] / seconds,
-                "ms": 1000.0 * spent / seconds,
-                "of_bare": 1000.0 * spent / seconds / alone_ms,
-            }
-        )
-    rows.sort(key=lambda row: -float(row["ms"]))
+    rows: list[dict[str, Any]] = [
+        {
+            "system": name,
+            "calls_a_second": calls / seconds,
+            "ms": 1000.0 * spent / seconds,
+            "of_bare": 1000.0 * spent / seconds / alone_ms,
+        }
+        for name, (spent, calls) in watch.by_name().items()
+    ]
     rest = total - sum(float(row["ms"]) for row in rows)
     rows.append({"system": "plant and C++", "calls_a_second": None, "ms": rest, "of_bare": rest / alone_ms})
     return rows

@@ -35,7 +35,7 @@ def benchmark_games(seconds: float, repeats: int) -> dict[str, Any] | None:
         return None
     scenario = CarRacing(physics="ideal")
     environment, state = scenario.environment, scenario.car_at(np.array(scenario.size) / 2, 0.0, 15.0)
-    world, _ = scenario.build_world(state, list(_STICK), 0)
+    world = scenario.build_world(state, list(_STICK), 0)
     game = world.objects[scenario.target]
     frames = round(seconds / FRAME)
     (stick,) = game.parents

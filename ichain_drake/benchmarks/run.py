@@ -13,7 +13,7 @@ from ichain_drake.benchmarks.diagram import benchmark_diagram
 from ichain_drake.benchmarks.frozen_models import benchmark_frozen_models
 from ichain_drake.benchmarks.games import benchmark_games
 from ichain_drake.control.tracking.chain import METHODS, make_controller
-from ichain_drake.learning.chain.chain import learn_chain
+from ichain_drake.runs.learn import learn
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.systems.car_game.scenario import CarGame
 
@@ -57,9 +57,7 @@ def run_benchmarks(progress: Progress | None = None, sizes: BenchmarkSizes | Non
         ideal = CarGame(sizes.overrides, "ideal")
         say("learning the car game")
         pieces = list(ideal.record_demonstrations())
-        learning = ideal.config.learning.candidates()
-        targets = ideal.target_variables
-        chain = learn_chain(pieces, ideal.graph, ideal.target, targets, learning, ideal.robot_seconds())
+        chain = learn(ideal, pieces).for_paths()
         default = ideal.config.control.method
         methods = (default, *(m for m in METHODS if m != default))
         limits, candidates = ideal.path_limits(), ideal.config.control.candidates()

@@ -26,10 +26,12 @@ class Stopwatch:
     Attributes:
         seconds: per system [s].
         calls: per system.
+        names: of the systems that were called, with their place in the Diagram.
     """
 
     seconds: dict[LeafSystem, float] = field(default_factory=dict)
     calls: dict[LeafSystem, int] = field(default_factory=dict)
+    names: dict[LeafSystem, str] = field(default_factory=dict)
     _inner: list[float] = field(default_factory=list)
 
     def reset(self) -> None:
@@ -37,12 +39,22 @@ class Stopwatch:
         self.seconds = dict.fromkeys(self.seconds, 0.0)
         self.calls = dict.fromkeys(self.calls, 0)
 
+    def by_name(self) -> dict[str, tuple[float, int]]:
+        """Seconds and calls, the most expensive system first; systems of several Diagrams at one place are one."""
+        found: dict[str, tuple[float, int]] = {}
+        for system, name in self.names.items():
+            seconds, calls = found.get(name, (0.0, 0))
+            found[name] = (seconds + self.seconds[system], calls + self.calls[system])
+        return dict(sorted(found.items(), key=lambda item: -item[1][0]))
+
     def timed(self, system: LeafSystem, callback: Callable[..., Any]) -> Callable[..., Any]:
         """The callback, timed on the system's account."""
         self.seconds.setdefault(system, 0.0)
         self.calls.setdefault(system, 0)
 
         def run(*args: Any) -> Any:
+            if system not in self.names:  # its Diagram may be gone when somebody asks
+                self.names[system] = _place(system)
             begin = time.thread_time()
             self._inner.append(0.0)
             try:
@@ -55,6 +67,13 @@ class Stopwatch:
                     self._inner[-1] += whole
 
         return run
+
+
+def _place(system: LeafSystem) -> str:
+    name = system.GetSystemPathname()
+    for outer in ("::", "_::", "world::", "controller::"):
+        name = name.removeprefix(outer)
+    return name.replace("::", "/")
 
 
 @contextmanager

@@ -18,6 +18,33 @@ def format_table(results: Mapping[str, Any]) -> str:
     return "\n\n".join("\n".join(part) for part in parts)
 
 
+def format_profile(profile: Mapping[str, Any]) -> str:
+    """What `profile_run` returned, as text to print."""
+    phases, simulated = profile["phases"], profile["simulated_seconds"]
+    whole = sum(row["wall"] for row in phases)
+    rows = [
+        [row["phase"], f"{row['wall']:.2f}", f"{row['processor']:.2f}", f"{100 * row['wall'] / whole:.0f} %"]
+        for row in phases
+    ]
+    rows.append(["all", f"{whole:.2f}", f"{sum(row['processor'] for row in phases):.2f}", ""])
+    systems = [
+        [row["system"], f"{row['processor']:.3f}", f"{1000 * row['processor'] / simulated:.2f}", str(row["calls"])]
+        for row in profile["systems"]
+    ]
+    where = f"{profile['scenario']}, {profile['physics']} physics, seed {profile['seed']}"
+    return "\n".join(
+        [
+            f"One run by phase: {where}, {simulated:.1f} s simulated",
+            *_columns(["", "wall s", "processor s", "of wall"], rows),
+            "  plan, control, objects (Python) and plant (with C++) are the run; their wall time is divided as their",
+            "  processor time is",
+            "",
+            "Systems of its Diagram, each with the cost of being timed",
+            *_columns(["", "processor s", "ms per simulated s", "calls"], systems),
+        ]
+    )
+
+
 def _columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Aligned columns, the first to the left, the others to the right."""
     lines = [list(header), *map(list, rows)]

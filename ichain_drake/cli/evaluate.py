@@ -11,6 +11,7 @@ import pandas as pd
 from rich.table import Table
 
 from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
+from ichain_drake.runs.clusters.workers import Workers
 from ichain_drake.runs.intervals import success_interval, success_words
 from ichain_drake.runs.paths.evaluation import (
     CURVE,
@@ -30,7 +31,7 @@ def evaluate_path_scenario(
     overrides: Sequence[str],
     trials: int,
     methods: Sequence[str],
-    jobs: int,
+    workers: Workers,
     report: str | None,
     output: Path | None,
     *,
@@ -42,13 +43,13 @@ def evaluate_path_scenario(
         InputError: on an unknown method, or a folder that can't be written.
         EvaluationInterrupted: on Ctrl-C, once the report on the seeds that were finished is written.
     """
-    check_evaluation(scenario, trials, methods, jobs)
+    check_evaluation(scenario, trials, methods)
     evaluation = Evaluation(
         scenario,
         trials,
         "seeds",
         "every seed was evaluated",
-        evaluate=lambda say, rows: evaluate_paths(scenario, overrides, trials, methods, jobs, say, rows),
+        evaluate=lambda say, rows: evaluate_paths(scenario, overrides, trials, methods, workers, say, rows),
         text=lambda found: _format(scenario, found),
         pictures=lambda found, folder: _write_curves(found["rows"], scenario, folder),
         asked={"settings": list(overrides), "methods": list(methods)},

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
 from ichain_drake.errors import InputError
+from ichain_drake.runs.clusters.workers import Workers
 from ichain_drake.runs.goals.evaluation import GoalEvaluation, check_graph_evaluation, evaluate_goals
 from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.runs.goals.trial import FRESH
@@ -24,7 +25,7 @@ def evaluate_goal_scenario(
     overrides: Sequence[str],
     trials: int,
     methods: Sequence[str],
-    jobs: int,
+    workers: Workers,
     report: str | None,
     output: Path | None = None,
     *,
@@ -38,13 +39,13 @@ def evaluate_goal_scenario(
         InputError: on an unknown method, a file that can't be written, or a scenario without a goal.
         EvaluationInterrupted: on Ctrl-C, once the report on the trials that were finished is written.
     """
-    check_graph_evaluation(scenario, trials, methods, jobs)
+    check_graph_evaluation(scenario, trials, methods)
     goal = own_goal(scenario)
     if not goal:
         raise InputError(f"{scenario.name} has no goal of its own to evaluate; set one in its file")
     if output is not None:
         report = report or str(output / "report.json")
-    what = GoalEvaluation(scenario, tuple(overrides), goal, trials, tuple(methods), jobs, shared, fresh)
+    what = GoalEvaluation(scenario, tuple(overrides), goal, trials, tuple(methods), workers, shared, fresh)
     evaluation = Evaluation(
         scenario,
         trials,

@@ -14,10 +14,11 @@ from ichain_drake import rules
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.run import deliver_report, printed
 from ichain_drake.errors import InputError, WorkerLostError
+from ichain_drake.runs.clusters.workers import Say
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder
 from ichain_drake.runs.provenance import code_hash, given_of
 from ichain_drake.runs.row_file import RowFile, rows_beside
-from ichain_drake.runs.runner import EvaluationInterrupted, Say
+from ichain_drake.runs.runner import EvaluationInterrupted
 from ichain_drake.scenarios import Scenario
 from ichain_drake.scenarios.goal_scenario import GoalScenario
 
@@ -62,7 +63,7 @@ def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | No
     Raises:
         InputError: if a file or folder can't be written, or there is no report to go on from.
         EvaluationInterrupted: on Ctrl-C, once the report on what was finished is written.
-        WorkerLostError: if a process was killed, likewise.
+        WorkerLostError: if processes were killed again and again, likewise.
     """
     scenario = evaluation.scenario
     if output is not None:

@@ -1,4 +1,4 @@
-"""The commands `library list`, `show`, `add` and `check`."""
+"""What the commands `library list`, `show`, `add`, `check` and `export` do."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from ichain_drake.learning.library import (
     show_graph,
     show_link,
 )
+from ichain_drake.learning.portable import export_item
 
 _LAST = ("robot_seconds", "versions", "demonstrations_sha256", "size")  # fields about how it came about
 
@@ -62,6 +63,16 @@ def add(source: Path, library: Path) -> None:
     """
     for name in add_to_library(source, library):
         print(f"added: {name}")
+
+
+def export(library: Path, name: str, folder: Path) -> None:
+    """Write the models of one interaction or graph as ONNX.
+
+    Raises:
+        InputError: see `export_item`.
+    """
+    for file in export_item(library, name, folder):
+        print(f"written: {file}")
 
 
 def check(source: Path) -> None:

@@ -16,6 +16,8 @@ from pathlib import Path
 import click
 
 from ichain_drake.cli.check import check
+from ichain_drake.cli.library_commands import library
+from ichain_drake.cli.logs import export_command, import_command
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
@@ -32,7 +34,7 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, relearn, scoreboard, check):
+for _command in (teach, learn, relearn, scoreboard, check, import_command, export_command, library):
     app.add_command(_command)
 
 
@@ -67,7 +69,7 @@ def settings(scenario: str) -> None:
 @options("resample", "library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
 @options("report", "output", "without")
-@click.option("--oracle/--no-oracle", default=True, show_default=True, help="also run the oracle, for comparison")
+@click.option("--oracle/--no-oracle", help="also run the oracle, for comparison; it takes longer than the run")
 @click.option("--meshcat", is_flag=True, help="show it in the web browser while it runs")
 @click.option("--realtime", is_flag=True, help="with --meshcat: as slow as in reality")
 @options("settings")
@@ -97,9 +99,7 @@ def run(
     SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
     """
     from ichain_drake import rules
-    from ichain_drake.cli.graph import run_goal_scenario
-    from ichain_drake.cli.run import RunFiles, run_path_scenario
-    from ichain_drake.scenarios import PathScenario
+    from ichain_drake.cli.run import RunFiles, asked_for, run_scenario
 
     if more and not (paths or goal):
         raise IchainError(f"unexpected argument {more[0]!r}; names of paths go behind --paths, goals behind --goal")
@@ -108,20 +108,11 @@ def run(
     loaded = scenario_named(scenario, settings, physics, seed)
     files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
     with rules.without(without):
-        if not isinstance(loaded, PathScenario):
-            if path or paths:
-                raise IchainError(f"{scenario} is asked for a goal: --path and --paths are not for it")
-            return run_goal_scenario(
-                loaded, files, [*goal, *more], demos, library, resampled=resample, meshcat=meshcat, realtime=realtime
-            )
-        if goal:
-            raise IchainError(f"{scenario} follows paths: give --path or --paths, not --goal")
-        if smooth and not path:
-            raise IchainError("--smooth is for --path: reference paths are smooth")
-        return run_path_scenario(
-            loaded, files, path, [*paths, *more], demos, library, oracle=oracle, resampled=resample, smooth=smooth,
-            meshcat=meshcat, realtime=realtime,
-        )  # fmt: skip
+        asked = (goal, [*paths, *more]) if paths else ([*goal, *more], paths)
+        started = asked_for(loaded, asked[0], path, asked[1], smooth=smooth)
+        return run_scenario(
+            started, files, path, demos, library, oracle=oracle, resampled=resample, meshcat=meshcat, realtime=realtime
+        )
 
 
 @app.command()
@@ -145,7 +136,7 @@ def plan(
     settings: tuple[str, ...],
 ) -> int:
     """Print the plan for a goal over an interaction graph, or why there is none."""
-    from ichain_drake.cli.graph import print_plan
+    from ichain_drake.cli.plan import print_plan
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)
@@ -163,8 +154,7 @@ def plan(
 )
 @click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
 @click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
-@click.option("--jobs", default=1, show_default=True, help="processes, up to the number of cores")
-@options("report", "output", "resume", "without", "settings")
+@options("jobs", "cluster", "trial_timeout", "report", "output", "resume", "without", "settings")
 def evaluate(
     scenario: str,
     physics: str,
@@ -174,6 +164,8 @@ def evaluate(
     fresh: bool,
     shared: bool,
     jobs: int,
+    cluster: str,
+    trial_timeout: float | None,
     report: str | None,
     output: Path | None,
     resume: bool,
@@ -187,8 +179,10 @@ def evaluate(
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
+    from ichain_drake.runs.clusters.workers import Workers
     from ichain_drake.scenarios import PathScenario
 
+    workers = Workers(jobs, cluster, trial_timeout)
     loaded = scenario_named(scenario, settings, physics, seed)
     names = [m.strip() for m in methods.split(",") if m.strip()]
     with rules.without(without):
@@ -196,26 +190,37 @@ def evaluate(
             if shared:
                 raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
             count = 20 if trials is None else trials
-            evaluate_path_scenario(loaded, list(settings), count, names, jobs, report, output, resume=resume)
+            evaluate_path_scenario(loaded, list(settings), count, names, workers, report, output, resume=resume)
         else:
             count = 5 if trials is None else trials
             evaluate_goal_scenario(
-                loaded, list(settings), count, names, jobs, report, output,
+                loaded, list(settings), count, names, workers, report, output,
                 shared=shared or not fresh, fresh=fresh, resume=resume,
             )  # fmt: skip
 
 
 @app.command()
-@options("report")
-def benchmarks(report: str | None) -> None:
-    """Print what the library costs, as ratios measured in one run."""
-    from ichain_drake.benchmarks import format_table, run_benchmarks
+@click.option("--profile", metavar="SYSTEM", help="instead: where the time of one run of it goes")
+@options("physics", "seed", "report", "settings")
+def benchmarks(profile: str | None, physics: str, seed: int, report: str | None, settings: tuple[str, ...]) -> None:
+    """Print what the library costs, as ratios measured in one run.
+
+    --physics, --seed and --set are those of the run that --profile looks at.
+    """
+    from ichain_drake.benchmarks import format_profile, format_table, profile_run, run_benchmarks
     from ichain_drake.cli.console import Reporter
     from ichain_drake.cli.run import deliver_report, printed
+    from ichain_drake.runs.paths.output import prepare_file
 
+    if report not in (None, "-"):
+        prepare_file(Path(report))
+    if profile is None and settings:
+        raise IchainError("--set is for --profile: the benchmarks have settings of their own")
     with Reporter() as say:
-        results = run_benchmarks(say)
-    text = format_table(results)
+        results = run_benchmarks(say) if profile is None else profile_run(
+            scenario_named(profile, settings, physics, seed), say
+        )  # fmt: skip
+    text = format_table(results) if profile is None else format_profile(results)
     deliver_report({**results, **printed(text)}, report, text=text)
 
 
@@ -242,54 +247,6 @@ def play(file: Path) -> None:
     if not webbrowser.open(file.resolve().as_uri()):
         raise IchainError(f"{file}: no web browser was found; open the file in one by hand")
     print(f"opened {file}")
-
-
-@app.group()
-def library() -> None:
-    """Look at saved interactions."""
-
-
-_LIBRARY = click.option(
-    "--library", type=PATH, default=Path("library"), show_default=True, metavar="DIR", help="the library's folder"
-)
-
-
-@library.command("list")
-@_LIBRARY
-def library_list(library: Path) -> None:
-    """List the interactions and graphs of a library."""
-    from ichain_drake.cli.library import print_list
-
-    print_list(library)
-
-
-@library.command("show")
-@click.argument("name")
-@_LIBRARY
-def library_show(name: str, library: Path) -> None:
-    """Show what is known about one interaction or graph."""
-    from ichain_drake.cli.library import print_link
-
-    print_link(library, name)
-
-
-@library.command("add")
-@click.argument("source", type=PATH)
-@_LIBRARY
-def library_add(source: Path, library: Path) -> None:
-    """Add the interactions of another library."""
-    from ichain_drake.cli.library import add
-
-    add(source, library)
-
-
-@library.command("check")
-@click.argument("source", type=PATH)
-def library_check(source: Path) -> None:
-    """Check a library's files without loading anything from them."""
-    from ichain_drake.cli.library import check
-
-    check(source)
 
 
 def _one_line(error: BaseException) -> str:
@@ -341,6 +298,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         print("ichain: interrupted", file=sys.stderr)
         return 130
+    except MemoryError:
+        print("ichain: there is not enough memory; free some, or ask for less at once (smaller files, --jobs 1)",
+              file=sys.stderr)  # fmt: skip
+        return 2
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         print(f"ichain: {where}{error.strerror or _one_line(error)}", file=sys.stderr)

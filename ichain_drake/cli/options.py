@@ -24,6 +24,13 @@ def options(*names: str) -> Callable[[FunctionT], FunctionT]:
         "report": click.option("--report", metavar="FILE", help="report as JSON; - for stdout"),
         "output": click.option("-o", "--output", type=PATH, metavar="DIR", help="folder for what is written"),
         "resume": click.option("--resume", is_flag=True, help="go on from the rows kept beside the report"),
+        "jobs": click.option("--jobs", default=1, show_default=True, help="processes, up to cores and free memory"),
+        "cluster": click.option(
+            "--cluster", metavar="KIND", default="", help="dask or ray; dask=tcp://HOST:PORT for one that runs"
+        ),
+        "trial_timeout": click.option(
+            "--trial-timeout", type=float, metavar="SECONDS", help="stop a trial that takes longer; it counts as failed"
+        ),
         "without": click.option(
             "--without", metavar="RULE", multiple=True, help="switch a rule off; `ichain scoreboard --rules` lists them"
         ),
@@ -41,7 +48,7 @@ def options(*names: str) -> Callable[[FunctionT], FunctionT]:
     return decorate
 
 
-_NO_MATTER = {"jobs", "report", "output", "resume", "against"}  # what found figures do not depend on
+_NO_MATTER = {"jobs", "cluster", "report", "output", "resume", "against"}  # what found figures do not depend on
 
 
 def command_said() -> str:

@@ -14,11 +14,9 @@ from ichain_drake.cli.run import deliver_report
 from ichain_drake.errors import InputError
 from ichain_drake.runs.goals.relearn import relearn_interaction, summarise_relearned
 from ichain_drake.runs.goals.run import own_goal
-from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.paths.relearn import relearn_link, summarise_ways
-from ichain_drake.runs.paths.run import check_settings
+from ichain_drake.runs.pieces import check_settings
 from ichain_drake.scenarios import PathScenario
-from ichain_drake.scenarios.goal_scenario import GoalScenario
 
 
 def relearn_and_compare(
@@ -40,7 +38,9 @@ def relearn_and_compare(
     first = pairs[0][0]
     follows = isinstance(first, PathScenario)
     for changed, _ in pairs:
-        (check_settings if follows else _check_goal)(changed)
+        check_settings(changed)
+        if not follows and not own_goal(changed):
+            raise InputError(f"{changed.name} has no goal of its own to try; set one in its file")
     rows: list[dict[str, Any]] = []
     found: dict[str, Any] = {}
     with Reporter() as say:
@@ -56,12 +56,6 @@ def relearn_and_compare(
     table = (summarise_ways if follows else summarise_relearned)(rows)
     found |= {"seeds": list(seeds), "rows": rows, "table": table}
     deliver_report(found, report, _paths_table(table, first.unit) if follows else _goal_table(table))
-
-
-def _check_goal(scenario: GoalScenario) -> None:
-    graph_spec(scenario.config)
-    if not own_goal(scenario):
-        raise InputError(f"{scenario.name} has no goal of its own to try; set one in its file")
 
 
 def _paths_table(ways: list[dict[str, Any]], unit: str) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
@@ -13,26 +14,27 @@ from typing import Any
 
 from rich.console import Console
 from rich.table import Table
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
 from ichain_drake.cli.options import command_said
+from ichain_drake.control.planning.format import format_plan
+from ichain_drake.control.planning.goal_text import check_goal_text
+from ichain_drake.control.planning.plan import Plan
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.files import held, real_path, unused_folder
 from ichain_drake.graph import write_drawing
+from ichain_drake.learning import InteractionModel
+from ichain_drake.runs.goals.run import GraphRun, own_goal
+from ichain_drake.runs.learn import Known, learn
+from ichain_drake.runs.library import load, save
+from ichain_drake.runs.output import write_pictures_of, write_playback_of
 from ichain_drake.runs.paths.choice import choose_paths
-from ichain_drake.runs.paths.demonstrations import read_for
-from ichain_drake.runs.paths.output import (
-    prepare_file,
-    prepare_folder,
-    write_pictures,
-    write_recording,
-    write_report,
-)
+from ichain_drake.runs.paths.output import prepare_file, prepare_folder, write_report
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.runs.paths.run import check_settings, recorded_seconds, run_paths
-from ichain_drake.runs.provenance import data_hash, versions
+from ichain_drake.runs.pieces import check_settings, read_for
+from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.run import carry_out, start_run
 from ichain_drake.scenarios import PathScenario, Scenario, build_world
 
 
@@ -116,43 +118,89 @@ def check_filled(library: Path) -> None:
         raise InputError(f"{library}: holds no interactions; `ichain learn` makes a library, or leave --library out")
 
 
-def run_path_scenario(
-    scenario: PathScenario,
+def known_of(scenario: Scenario, library: Path | None) -> Known | None:
+    """What a library knows of a scenario's graph.
+
+    Raises:
+        InputError: if it is none, empty or damaged.
+    """
+    if library is None:
+        return None
+    check_filled(library)
+    return load(library, scenario)
+
+
+def goal_of(scenario: Any, expressions: Sequence[str]) -> tuple[str, ...]:
+    """The goal asked for, or the scenario's own.
+
+    Raises:
+        InputError: if there is neither, or it can't be read.
+    """
+    goal = tuple(expressions) or own_goal(scenario)
+    if not goal:
+        raise InputError(f"{scenario.name} has no goal of its own; give one with --goal 'object.variable >= value'")
+    check_goal_text(goal, scenario.graph)
+    return goal
+
+
+def asked_for(
+    scenario: Scenario, goal: Sequence[str], path: Sequence[Path], paths: Sequence[str], *, smooth: bool
+) -> PathRun | GraphRun:
+    """The run that the command line asks for: towards a goal, or along paths.
+
+    Args:
+        scenario: what runs.
+        goal, path, paths, smooth: as the command's options.
+
+    Raises:
+        InputError: on options that are for the other kind, and on goals or paths that can't be.
+    """
+    name = scenario.name
+    if not isinstance(scenario, PathScenario):
+        if path or paths:
+            raise InputError(f"{name} is asked for a goal: --path and --paths are not for it")
+        return start_run(scenario, goal_of(scenario, goal))
+    if goal:
+        raise InputError(f"{name} follows paths: give --path or --paths, not --goal")
+    if smooth and not path:
+        raise InputError("--smooth is for --path: reference paths are smooth")
+    if path and paths:
+        raise InputError("--path and --paths: give one of the two")
+    return start_run(scenario, choose_paths(scenario, paths, path), smooth=smooth)
+
+
+def run_scenario(
+    run: PathRun | GraphRun,
     files: RunFiles,
-    path: Sequence[Path],
-    names: list[str],
+    read: Sequence[Path],
     demos: Path | None,
     library: Path | None,
     *,
-    oracle: bool,
+    oracle: bool = True,
     resampled: bool = False,
-    smooth: bool = False,
     meshcat: bool = False,
     realtime: bool = False,
 ) -> int:
-    """`ichain run` for a scenario that follows paths.
+    """`ichain run`; what the library knows of the scenario's graph is not recorded or learned again.
+
+    Args:
+        run: to be carried out.
+        files: where it writes.
+        read: files that it reads.
+        demos, library, oracle, resampled, meshcat, realtime: as the command's options.
 
     Returns:
-        The exit status: 0 if every path was completed, else 1; 130 if interrupted.
+        The exit status: 0 if the goal was reached or every path completed, else 1; 130 if interrupted.
 
     Raises:
         InputError: on bad input.
         UnreachableError: if the arm can't get where it has to; the report is written first.
     """
-    if path and names:
-        raise InputError("--path and --paths: give one of the two")
-    files.check_apart(path)
-    chosen = choose_paths(scenario, names, path)
-    check_settings(scenario)
+    files.check_apart(read)
+    check_settings(run.scenario)
     check_there(demos)
-    started = PathRun(scenario, chosen, smooth=smooth)
-    known, command = None, None
-    if library is not None:
-        from ichain_drake.learning.library import load_command, load_links
-
-        check_filled(library)
-        command = load_command(library, scenario.graph, scenario.graph.chain(scenario.target))
-        known = load_links(library, scenario.graph, scenario.graph.chain(scenario.target), scenario.target_variables)
+    scenario: Any = run.scenario
+    known = known_of(scenario, library)
     files.prepare()
     interrupted, unreachable = False, None
     with (
@@ -161,33 +209,25 @@ def run_path_scenario(
         shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell),
     ):
         try:
-            run_paths(
-                started,
-                demos=demos,
-                keep_demos=files.demonstrations,
-                known=known,
-                known_command=command,
-                oracle=oracle,
-                resampled=resampled,
-                progress=tell,
-            )
+            keep = files.demonstrations
+            carry_out(run, known=known, demos=demos, keep_demos=keep, oracle=oracle, resampled=resampled, progress=tell)
         except KeyboardInterrupt:
             interrupted = True
         except UnreachableError as error:
             unreachable = error
         tell("writing report, playback and pictures")
-        written = _write_all(started, files, {} if live is None else {"live": live.report()})
+        written = _write_all(run, files, {} if live is None else {"live": live.report()})
     if files.report != "-":
-        _print_results(started, written)
+        _print_results(run, written)
     if interrupted:
         print("ichain: interrupted; what was done so far is kept", file=sys.stderr)
         return 130
     if unreachable is not None:
         raise unreachable
-    return 0 if started.goal_reached else 1
+    return 0 if run.goal_reached else 1
 
 
-def _write_all(run: PathRun, files: RunFiles, extra: dict[str, Any]) -> list[Path]:
+def _write_all(run: PathRun | GraphRun, files: RunFiles, extra: dict[str, Any]) -> list[Path]:
     """Report first: it is small and says most."""
     written: list[Path] = []
     report = run.report() | extra
@@ -197,49 +237,63 @@ def _write_all(run: PathRun, files: RunFiles, extra: dict[str, Any]) -> list[Pat
         file = Path(files.report) if files.report else files.folder / "report.json"
         write_report(report, file)
         written.append(file)
-    if run.results:
-        write_recording(run, files.playback)
-        written.append(files.playback)
-        written += write_pictures(run, files.folder)
-    return written
+    return [*written, *write_playback_of(run, files.playback), *write_pictures_of(run, files.folder)]
 
 
-def _print_results(run: PathRun, written: list[Path]) -> None:
-    unit = run.scenario.unit
-    table = Table("path", "completed", f"mean error ({unit})", f"oracle ({unit})", f"paper's metric ({unit})", box=None)
-    for result in run.results:
-        oracle = "" if result.oracle_error != result.oracle_error else f"{result.oracle_error:.3f}"
-        done = "yes" if result.completed else "no"
-        table.add_row(result.name, done, f"{result.error:.3f}", oracle, f"{result.paper_metric:.3f}")
-    Console().print(table)
-    print(f"{run.reason}; {run.scenario.name}, {run.scenario.physics} physics, seed {run.scenario.seed}")
+def _print_results(run: PathRun | GraphRun, written: list[Path]) -> None:
+    if isinstance(run, PathRun):
+        Console().print(_paths_table(run))
+        print(f"{run.reason}; {run.scenario.name}, {run.scenario.physics} physics, seed {run.scenario.seed}")
+    else:
+        if isinstance(run.plan, Plan):
+            print(format_plan(run.plan, run.scenario.graph))
+        steps, replans = (0, 0) if run.memory is None else (run.memory.tick, run.memory.replans)
+        print(f"{run.reason}; {steps} control steps, {replans} replans")
     for file in written:
         print(f"written: {file}")
 
 
-def learn_library(scenario: PathScenario, demos: Path, library: Path, *, resampled: bool = False) -> None:
-    """`ichain learn`: learn all links from demonstrations and save them.
+def _paths_table(run: PathRun) -> Table:
+    unit = run.scenario.unit
+    known = any(not math.isnan(result.oracle_error) for result in run.results)
+    oracle = [f"oracle ({unit})"] if known else []
+    table = Table("path", "completed", f"mean error ({unit})", *oracle, f"paper's metric ({unit})", box=None)
+    for result in run.results:
+        oracle = [f"{result.oracle_error:.3f}".replace("nan", "")] if known else []
+        done = "yes" if result.completed else "no"
+        table.add_row(result.name, done, f"{result.error:.3f}", *oracle, f"{result.paper_metric:.3f}")
+    return table
+
+
+def learn_library(scenario: Scenario, demos: Path, library: Path, *, resampled: bool = False) -> None:
+    """`ichain learn`: learn all of a scenario's graph from demonstrations and save it.
 
     Raises:
         InputError: on bad demonstrations, or a library that can't be written.
     """
-    from ichain_drake.learning.chain.chain import learn_chain
-    from ichain_drake.learning.library import save_chain
-
     check_settings(scenario)
     with Reporter() as say:
         pieces = read_for(scenario, demos, resampled=resampled, say=say.note)
         prepare_folder(library)
-        seconds = recorded_seconds(pieces, scenario.graph)
-        candidates = scenario.config.learning.candidates()
-        with threadpool_limits(limits=1):  # as in a run, so that the same demonstrations give the same models
-            chain = learn_chain(
-                pieces, scenario.graph, scenario.target, scenario.target_variables, candidates, seconds, say
-            )
-    save_chain(chain, library, scenario.name, data_hash(pieces))
-    for link in chain.links:
+        say(f"learning from {len(pieces)} pieces")
+        model = learn(scenario, pieces, progress=say)
+    save(model, library, scenario.name)
+    for line in _learned(model):
+        print(line)
+
+
+def _learned(model: InteractionModel) -> Iterator[str]:
+    """A line on each interaction."""
+    for link in () if model.chain is None else model.chain.links:
         forward = link.forward
-        print(f"{link.interaction.name}: {forward.samples} samples, score {forward.score:.4f}, {forward.spec}")
+        yield f"{link.interaction.name}: {forward.samples} samples, score {forward.score:.4f}, {forward.spec}"
+    for edge, learned in model.edges.items():
+        names = model.graph.objects[edge.child].observable.names
+        changed = ", ".join(names[e.variable] for e in learned.effects) or "nothing seen"
+        status = learned.status
+        line = f"{edge.name}: {status.samples} samples, F1 {status.score:.4f}, {status.estimator}; changes {changed}"
+        customary = f"; customary: {', '.join(learned.customary.labels)}" if learned.customary.labels else ""
+        yield line + customary
 
 
 def draw_graph(scenario: Scenario, file: Path | None, *, diagram: bool) -> str:

@@ -15,7 +15,7 @@ _FILE = Path("runs") / "scoreboard.json"
 
 @click.command()
 @click.option("--quick", is_flag=True, help="few trials, in minutes")
-@click.option("--jobs", default=1, show_default=True, help="processes, up to the number of cores")
+@options("jobs", "cluster", "trial_timeout")
 @click.option("--trials", type=int, help="of every row; by default 20 without an arm, fewer by contact")
 @click.option("--seed", type=int, help="of the first trial of every row; the others follow")
 @click.option("--only", metavar="GLOB", multiple=True, help="rows of this name, such as 'kettle/*/ideal/*'")
@@ -27,6 +27,8 @@ _FILE = Path("runs") / "scoreboard.json"
 def scoreboard(
     quick: bool,
     jobs: int,
+    cluster: str,
+    trial_timeout: float | None,
     trials: int | None,
     seed: int | None,
     only: tuple[str, ...],
@@ -44,6 +46,7 @@ def scoreboard(
     """
     from ichain_drake import rules
     from ichain_drake.errors import InputError
+    from ichain_drake.runs.clusters.workers import Workers
     from ichain_drake.runs.provenance import code_hash
     from ichain_drake.runs.scoreboard.against import read_scoreboard
     from ichain_drake.runs.scoreboard.cases import FIRST_SEED, QUICK, WHOLE, all_cases
@@ -52,7 +55,8 @@ def scoreboard(
     if list_rules:
         print(format_rules())
         return 0
-    if trials is not None and trials < 1 or jobs < 1:
+    workers = Workers(jobs, cluster, trial_timeout)
+    if trials is not None and trials < 1:
         raise InputError("--trials and --jobs: give numbers from 1")
     if seed is not None and seed < 0:
         raise InputError(f"--seed {seed}: give a whole number from 0")
@@ -66,14 +70,20 @@ def scoreboard(
         "code": code_hash([own_scenario(name) for name in also]),
     }
     with rules.without(without):
-        document = _measure(cases, skipped, about, jobs, report, resume=resume)
+        document = _measure(cases, skipped, about, workers, report, resume=resume)
     if earlier is None:
         return 0
     return tell_changes(earlier, document, quiet=report == "-")
 
 
 def _measure(
-    cases: Sequence[Any], skipped: Mapping[str, str], about: Mapping[str, Any], jobs: int, report: str, *, resume: bool
+    cases: Sequence[Any],
+    skipped: Mapping[str, str],
+    about: Mapping[str, Any],
+    workers: Any,
+    report: str,
+    *,
+    resume: bool,
 ) -> dict[str, Any]:
     """Run, print, write.
 
@@ -96,7 +106,7 @@ def _measure(
     with Reporter() as say:
         say(f"{len(cases)} rows, {sum(case.trials for case in cases)} trials; kept in {rows.file}")
         try:
-            found = run_scoreboard(cases, about["first_seed"], jobs, rows, say)
+            found = run_scoreboard(cases, about["first_seed"], workers, rows, say)
         except (EvaluationInterrupted, WorkerLostError) as interruption:
             stopped, found = interruption, interruption.found
     text = format_scoreboard({**about, **found})

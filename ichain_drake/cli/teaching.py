@@ -33,14 +33,11 @@ def teach(
 ) -> None:
     """Record demonstrations: the scripted ones, or a person's (--browser)."""
     from ichain_drake.cli.console import Reporter
+    from ichain_drake.demonstrations import Demonstration
     from ichain_drake.demonstrations.reading import check_unused
     from ichain_drake.files import held
-    from ichain_drake.runs.goals import run as goal_run
-    from ichain_drake.runs.goals.settings import graph_spec
-    from ichain_drake.runs.paths import run as path_run
     from ichain_drake.runs.paths.output import prepare_folder
-    from ichain_drake.runs.paths.result import PathRun
-    from ichain_drake.scenarios import PathScenario
+    from ichain_drake.runs.pieces import check_settings, record_pieces
 
     if drive and not browser:
         raise InputError("--drive is for --browser: a script drives what it has to")
@@ -52,22 +49,14 @@ def teach(
 
         teach_in_browser(loaded, output, drive, opened=opened)
         return
-    started: PathRun | goal_run.GraphRun
-    if isinstance(loaded, PathScenario):
-        path_run.check_settings(loaded)
-    else:
-        graph_spec(loaded.config)  # refuses settings that are for paths
+    check_settings(loaded)
     prepare_folder(output)
     if not overwrite:
         check_unused(output)
+    pieces: list[Demonstration] = []
     with held(output), Reporter() as say:
-        if isinstance(loaded, PathScenario):
-            started = PathRun(loaded)
-            path_run.record_pieces(started, output, say, overwrite=overwrite)
-        else:
-            started = goal_run.GraphRun(loaded, ())
-            goal_run.record_pieces(started, output, say, overwrite=overwrite)
-    for piece in started.pieces:
+        record_pieces(loaded, pieces, output, say, overwrite=overwrite)
+    for piece in pieces:
         print(f"written: {output / piece.name}.parquet, {len(piece)} rows")
 
 
@@ -78,13 +67,9 @@ def teach(
 @options("resample", "settings")
 def learn(scenario: str, demos: Path, output: Path, resample: bool, settings: tuple[str, ...]) -> None:
     """Learn a scenario's links, or its whole graph, from demonstrations and save them as a library."""
-    from ichain_drake.cli.graph import learn_graph_library
     from ichain_drake.cli.run import learn_library
-    from ichain_drake.scenarios import PathScenario
 
-    loaded = scenario_named(scenario, settings, "ideal", 0)
-    learned_by = learn_library if isinstance(loaded, PathScenario) else learn_graph_library
-    learned_by(loaded, demos, output, resampled=resample)
+    learn_library(scenario_named(scenario, settings, "ideal", 0), demos, output, resampled=resample)
 
 
 @click.command()

@@ -15,7 +15,16 @@ from ichain_drake.timing import TICK
 TIME_TOLERANCE = 0.05
 """How far from the library's period the time between two rows may be [periods]."""
 
-_TIME_WORDS = {"t", "time", "timestamp", "timestamps", "seconds", "sec", "secs", "stamp", "datetime", "time_s"}
+_TIME_WORDS = {
+    "t", "time", "timestamp", "timestamps", "seconds", "sec", "secs", "stamp", "datetime", "time_s", "time_ms",
+    "global_time",
+    "timestamp_s", "timestamp_ms", "timestamp_us", "timestamp_ns", "time_stamp", "t_sec", "elapsed", "elapsed_time",
+}  # fmt: skip
+_FRAME_WORDS = {"frame", "frame_id", "frame_index", "frame_number", "frame_no", "step", "timestep", "time_step"}
+_TRACK_WORDS = {
+    "id", "vehicle_id", "track_id", "trackid", "agent_id", "episode_index", "episode_id", "episode", "trajectory_id",
+    "traj_id", "demo", "trial",
+}  # fmt: skip
 _LEROBOT = {"episode_index", "frame_index", "timestamp"}
 
 
@@ -69,13 +78,21 @@ def _without_time(demo: Piece) -> str:
     names = [str(c) for c in demo.table.columns]
     if set(names) >= _LEROBOT:
         return (
-            f"column {TIME} is missing: this is a table of LeRobot; give each episode_index a file of its own, rename "
-            f"timestamp to {TIME}, split the vectors (observation.state, action) into a column object.variable for "
-            "each entry, and read it with --resample"
+            f"column {TIME} is missing: this is a table of LeRobot; read its data set by `ichain import lerobot DIR "
+            "--map MAP.yaml -o DEMOS --resample`"
         )
     likely = next((n for n in names if n.lower() in _TIME_WORDS), None)
-    what = f"rename {likely}, if that is" if likely else "give"
-    return f"column {TIME} is missing; {what} the time of each row in seconds (its columns are {_few(names)})"
+    frames = next((n for n in names if n.lower() in _FRAME_WORDS), None)
+    if likely is None and frames is not None:
+        what = f"make it of {frames}, divided by the rate of the recording: "
+    else:
+        what = f"rename {likely}, if that is " if likely else "give "
+    several = next((n for n in names if n.lower() in _TRACK_WORDS and demo.table[n].nunique() > 1), None)
+    apart = "" if several is None else f"; rows of each {several} need a file of their own"
+    return (
+        f"column {TIME} is missing; {what}the time of each row in seconds, or name its unit ({TIME} [ms]){apart} "
+        f"(its columns are {_few(names)})"
+    )
 
 
 def _few(names: Sequence[str]) -> str:

@@ -6,23 +6,36 @@ import codecs
 import csv
 import gzip
 import io
+import itertools
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ichain_drake.errors import InputError
-from ichain_drake.files import MOST_BYTES, printable, read_whole
+from ichain_drake.files import MOST_CELLS, printable, read_whole
 
 ENDINGS = (".csv", ".csv.gz")
+
+_MOST_BYTES = 2**27
+"""Of text, unpacked [bytes]: with one rare character in it, it takes four times as much for a moment."""
+_MOST_COLUMNS = 10**4
+_MOST_BARE = 10**4
+"""Lines without a row: before the header, and behind the last row."""
+_BLOCK = 2**12
+"""Rows that are text at a time; as numbers they take a tenth of the memory."""
 
 _SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar"}
 _COMMENT = re.compile(r"\s*(#|%|//)")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_PLAIN = re.compile(r"[-+.0-9eE]*")  # of these characters Python's numbers are those of `_NUMBER`
 _DECIMAL_COMMA = re.compile(r"[-+]?(\d+,\d*|,\d+)([eE][-+]?\d+)?")
 _WORDS = {"true": 1.0, "false": 0.0, "": np.nan, "nan": np.nan, "na": np.nan, "null": np.nan, "none": np.nan}
 _INFINITE = {"inf", "+inf", "-inf", "infinity", "+infinity", "-infinity"}
@@ -62,58 +75,117 @@ def read_csv(file: Path, what: str, columns: str) -> TextTable:
     Raises:
         InputError: in one line, what was found and what was expected.
     """
-    text = _text(_unpacked(read_whole(file, what), file, what), file, what)
-    lines = re.split(r"\r\n|\r|\n", text)  # not `splitlines`, which knows more line ends than editors count
-    first, header = _header(lines)
-    if not header:
-        raise InputError(f"{file}: can't read {what}: it is empty; a first line names the columns: {columns}")
-    separator = _separator(header)
-    names = [name.strip() for name in _fields([header], separator, file, what)[0]]
-    rows = _fields(lines[first:], separator, file, what)
-    if names and not names[-1] and all(len(r) == len(names) and not r[-1].strip() for r in rows if r):
-        names, rows = names[:-1], [r[:-1] for r in rows]  # a separator at the end of every line
-    if all(_NUMBER.fullmatch(n) or _DECIMAL_COMMA.fullmatch(n) for n in names):
-        raise InputError(
-            f"{file}: can't read {what}: its first line is {_short(header)}; a header is needed: {columns}"
-        )
-    cells = []
-    for number, row in enumerate(rows):
-        if row and len(row) != len(names):
-            hint = "" if separator != "," else ("; decimal commas? Separate the columns by semicolons" if _commas(row)
-                                                else "")  # fmt: skip
+    data = _unpacked(read_whole(file, what, _MOST_BYTES), file, what)
+    # One line after the other: all of them together take ten times the memory of their bytes.
+    with io.TextIOWrapper(io.BytesIO(data), _encoding(data, file, what), newline=None) as stream:
+        lines = (line.removesuffix("\n") for line in stream)  # not `splitlines`, which knows ends that editors don't
+        first, header, ahead = _header(lines, file, what)
+        if not header:
+            raise InputError(f"{file}: can't read {what}: it is empty; a first line names the columns: {columns}")
+        separator = _separator(header)
+        if header.count(separator) > _MOST_COLUMNS:
+            raise InputError(f"{file}: can't read {what}: it has more than {_MOST_COLUMNS} columns")
+        names = [name.strip() for name in next(_rows([header], separator, file, what, 1))]
+        if all(_NUMBER.fullmatch(n) or _DECIMAL_COMMA.fullmatch(n) for n in names):
             raise InputError(
-                f"{file}: can't read {what}: line {first + number + 1} has {len(row)} fields, the header {len(names)} "
-                f"({_short(header)}, separated by {_SEPARATORS[separator]}s){hint}"
+                f"{file}: can't read {what}: its first line is {_short(header)}; a header is needed: {columns}"
             )
-        cells.append(row)
-    while cells and not cells[-1]:
-        cells.pop()
-    blank = next((i for i, row in enumerate(cells) if not row), None)
-    if blank is not None:
-        raise InputError(f"{file}: can't read {what}: line {first + blank + 1} is empty; remove it, or split the piece")
-    decimal = "," if separator != "," else "."
-    data = {i: _numbers([row[i].strip() for row in cells], decimal) for i in range(len(names))}
-    table = pd.DataFrame(data, index=pd.RangeIndex(len(cells)))
-    table.columns = pd.Index([printable(name) for name in names])
+        rows = _Rows(names, header, separator, f"{file}: can't read {what}", first)
+        for row in _rows(itertools.chain(ahead, lines), separator, file, what, first):
+            rows.add(row)
+        table = rows.table()
     return TextTable(table, first + 1)
+
+
+class _Rows:
+    """Rows of a table as they come, a block as text, all before it as numbers.
+
+    Args:
+        names: of the columns.
+        header: the line that they stand in, for errors.
+        separator: what separates them.
+        where: begins an error.
+        first: number of the header's line.
+    """
+
+    def __init__(self, names: list[str], header: str, separator: str, where: str, first: int) -> None:
+        self._names, self._header, self._separator, self._where, self._first = names, header, separator, where, first
+        self._ended = bool(names) and not names[-1]  # whether a separator ends every line, as far as is known
+        self._count = 0
+        self._blank = 0  # line of the first empty one
+        self._text: list[list[str]] = []
+        self._parts: list[list[NDArray[Any]]] = []
+
+    def add(self, row: list[str]) -> None:
+        """Take the next row; empty for an empty line.
+
+        Raises:
+            InputError: if it has not as many fields as the header, follows an empty line, or is one too many.
+        """
+        self._count += 1
+        line = self._first + self._count
+        if self._count * len(self._names) > MOST_CELLS:
+            raise InputError(f"{self._where}: it has more than {MOST_CELLS} values; split it into pieces")
+        if not row:
+            self._blank = self._blank or line
+            if line - self._blank > _MOST_BARE:
+                raise InputError(f"{self._where}: from line {self._blank} on there are only empty lines; cut them off")
+            return
+        if self._blank:
+            raise InputError(f"{self._where}: line {self._blank} is empty; remove it, or split the piece")
+        if len(row) != len(self._names):
+            comma = self._separator == "," and _commas(row)
+            hint = "; decimal commas? Separate the columns by semicolons" if comma else ""
+            raise InputError(
+                f"{self._where}: line {line} has {len(row)} fields, the header {len(self._names)} "
+                f"({_short(self._header)}, separated by {_SEPARATORS[self._separator]}s){hint}"
+            )
+        self._ended = self._ended and not row[-1].strip()
+        self._text.append(row)
+        if len(self._text) == _BLOCK:
+            self._pack()
+
+    def _pack(self) -> None:
+        decimal = "," if self._separator != "," else "."
+        if self._text:
+            self._parts.append([_numbers([c.strip() for c in cells], decimal) for cells in zip(*self._text)])  # noqa: B905
+        self._text = []
+
+    def table(self) -> pd.DataFrame:
+        """All rows."""
+        self._pack()
+        names = self._names[:-1] if self._ended else self._names
+        parts = self._parts or [[np.zeros(0) for _ in names]]
+        data = {i: _joined([part[i] for part in parts]) for i in range(len(names))}
+        table = pd.DataFrame(data, index=pd.RangeIndex(sum(len(part[0]) for part in parts if part)))
+        table.columns = pd.Index([printable(name) for name in names])
+        return table
+
+
+def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """Blocks of a column. Where one holds text, numbers before it are text again, as a number is written."""
+    if len(parts) > 1 and any(part.dtype == object for part in parts):
+        parts = [part if part.dtype == object else np.array([repr(float(v)) for v in part], object) for part in parts]
+    return np.concatenate(parts) if len(parts) > 1 else parts[0]
 
 
 def _unpacked(data: bytes, file: Path, what: str) -> bytes:
     if data[:2] == b"\x1f\x8b":
         try:
             with gzip.open(io.BytesIO(data)) as stream:
-                data = stream.read(MOST_BYTES + 1)
+                data = stream.read(_MOST_BYTES + 1)
         except (OSError, EOFError, zlib.error) as error:
             raise InputError(f"{file}: can't read {what}: it is packed by gzip and damaged ({error})") from None
-        if len(data) > MOST_BYTES:
-            raise InputError(f"{file}: can't read {what}: unpacked it is over {MOST_BYTES / 1e6:.0f} MB; split it")
+        if len(data) > _MOST_BYTES:
+            raise InputError(f"{file}: can't read {what}: unpacked it is over {_MOST_BYTES / 1e6:.0f} MB; split it")
     for magic, kind in _PACKED.items():
         if data.startswith(magic):
             raise InputError(f"{file}: can't read {what}: it is {kind}, not text; {' or '.join(ENDINGS)} is expected")
     return data
 
 
-def _text(data: bytes, file: Path, what: str) -> str:
+def _encoding(data: bytes, file: Path, what: str) -> str:
+    """The encoding of a text; what can't be text is refused."""
     encoding = next((name for mark, name in _BOMS.items() if data.startswith(mark)), "")
     if not encoding:  # UTF-16 of plain letters has a zero in every other place
         zeros = data[:200].count(0)
@@ -128,23 +200,25 @@ def _text(data: bytes, file: Path, what: str) -> str:
         ) from None
     if "\0" in text:
         raise InputError(f"{file}: can't read {what}: it holds zero bytes, so it is no text; save it as UTF-8")
-    return text
+    return encoding
 
 
-def _header(lines: Sequence[str]) -> tuple[int, str]:
-    """Number of the line behind the header, from 0, and the header."""
+def _header(lines: Iterator[str], file: Path, what: str) -> tuple[int, str, list[str]]:
+    """Number of the header's line, the header, and the line behind it if that was read already."""
     comment = ""
-    for number, line in enumerate(lines):
+    for number, line in enumerate(lines, start=1):
+        if number > _MOST_BARE:
+            raise InputError(f"{file}: can't read {what}: there is no header in its first {_MOST_BARE} lines")
         if not line.strip() or line.lower().startswith("sep="):
             continue
         if not _COMMENT.match(line):
             # A header that is a comment itself, as numpy writes it.
             row, above = re.split(r"[,;\t|]", line), re.split(r"[,;\t|]", comment)
             if len(row) == len(above) > 1 and all(_NUMBER.fullmatch(c.strip()) for c in row):
-                return number, comment
-            return number + 1, line
+                return number - 1, comment, [line]
+            return number, line, []
         comment = _COMMENT.sub("", line, count=1).strip()
-    return len(lines), ""
+    return 0, "", []
 
 
 def _separator(header: str) -> str:
@@ -153,19 +227,24 @@ def _separator(header: str) -> str:
     return max(_SEPARATORS, key=plain.count)
 
 
-def _fields(lines: Sequence[str], separator: str, file: Path, what: str) -> list[list[str]]:
+def _rows(lines: Iterable[str], separator: str, file: Path, what: str, first: int) -> Iterator[list[str]]:
+    """The fields of each line; none for an empty one."""
     reader = csv.reader(lines, delimiter=separator, skipinitialspace=True, strict=True)
+    where = f"{file}: can't read {what}"
     try:
-        rows = list(reader)
+        for number, row in enumerate(reader, start=1):
+            if reader.line_num != number:
+                raise InputError(f"{where}: a quoted text goes over several lines; quote no line ends")
+            yield row if len(row) > 1 or any(cell.strip() for cell in row) else []
     except csv.Error as error:
-        raise InputError(f"{file}: can't read {what}: line {reader.line_num}: {error}") from None
-    if reader.line_num != len(rows):
-        raise InputError(f"{file}: can't read {what}: a quoted text goes over several lines; quote no line ends")
-    return [row if any(cell.strip() for cell in row) or len(row) > 1 else [] for row in rows]
+        raise InputError(f"{where}: line {first + reader.line_num}: {error}") from None
 
 
-def _numbers(cells: list[str], decimal: str) -> np.ndarray:
+def _numbers(cells: list[str], decimal: str) -> NDArray[Any]:
     """A column as numbers, to the last bit; as what was written where something is no number."""
+    if _PLAIN.fullmatch("".join(cells)):
+        with suppress(ValueError):
+            return np.array([float(cell) for cell in cells])
     out = []
     for cell in cells:
         if _NUMBER.fullmatch(cell):

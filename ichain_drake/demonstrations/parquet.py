@@ -4,30 +4,32 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
+from ichain_drake.demonstrations.parquet_claims import Claims, TooMuchError, read_claims
 from ichain_drake.errors import InputError
 from ichain_drake.files import printable, read_whole
 
 _METADATA_KEY = b"ichain_drake"
-_MOST_CELLS = 5 * 10**7  # 400 MB as numbers
+_MOST_BYTES = 2 * 10**8  # of all values together, as Arrow holds them
 _ROWS = 2**14  # of one batch
-_MOST_PARTS = 10**4  # of a list in the file's own description: columns, row groups
-_MOST_TEXT = 10**7  # bytes of a text in it
 
 
-def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
+def read_parquet(file: Path, what: str, only: Collection[str] | None = None) -> tuple[pd.DataFrame, dict[str, str]]:
     """Read a table and the units in its metadata. What pandas says about its index there is not needed.
 
     Args:
         file: which.
         what: it should be, for errors: `the demonstration`.
+        only: names of the columns to read, as far as they are there; all of them by default.
 
     Raises:
         InputError: if it is no Parquet, damaged, or too large.
@@ -36,21 +38,18 @@ def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
     if not data.startswith(b"PAR1"):
         raise InputError(f"{file}: can't read {what}: it is no Parquet; write it anew, or as .csv")
     try:
+        claims = read_claims(data)
         # From memory: of a name, pyarrow would read folders as columns (`run=1/log.parquet`).
         with pq.ParquetFile(
             pa.BufferReader(data),
-            thrift_container_size_limit=_MOST_PARTS,
-            thrift_string_size_limit=_MOST_TEXT,
+            # Written out, one long text in many rows would take any memory.
+            read_dictionary=[c.name for c in claims.columns if c.text and c.leaf is not None],
+            pre_buffer=False,
+            arrow_extensions_enabled=False,
         ) as stored:
-            # Not by what it says of its columns: pyarrow ends the whole process over some that are damaged.
-            cells = stored.metadata.num_rows * stored.metadata.num_columns
-            if cells > _MOST_CELLS:
-                raise InputError(
-                    f"{file}: can't read {what}: it claims {cells} values, and {_MOST_CELLS} are read at most; split it"
-                )
-            table = _read(stored, file, what)
-        units = _units(table.schema.metadata or {}, file, what)
-        return _seconds(table.replace_schema_metadata(None).to_pandas()), units
+            units = _units(stored.metadata.metadata or {}, file, what)
+            table = _frame(stored, claims) if only is None else _chosen(stored, only)
+            return _seconds(table), units
     except InputError:
         raise
     except (Exception, MemoryError) as error:  # whatever pyarrow makes of damage
@@ -58,15 +57,56 @@ def read_parquet(file: Path, what: str) -> tuple[pd.DataFrame, dict[str, str]]:
         raise InputError(f"{file}: can't read {what}: {line or type(error).__name__}") from None
 
 
-def _read(stored: pq.ParquetFile, file: Path, what: str) -> pa.Table:
-    """All rows, bit by bit: lists in cells, and parts that hold more rows than claimed, would take any memory."""
+def _frame(stored: pq.ParquetFile, claims: Claims) -> pd.DataFrame:
+    """All rows, bit by bit. What holds lists, or no numbers, texts or times, is a column of nothing."""
+    leaves = [c.leaf for c in claims.columns if c.leaf is not None]
     batches, total = [], 0
-    for batch in stored.iter_batches(_ROWS, use_threads=False):
+    # By number: names may be doubled, and a dot in one would stand for a part of a column.
+    for batch in stored.reader.iter_batches(
+        _ROWS, row_groups=range(stored.num_row_groups), column_indices=leaves, use_threads=False
+    ):
         total += batch.nbytes
-        if total > 8 * _MOST_CELLS:
-            raise InputError(f"{file}: can't read {what}: it holds more than {8 * _MOST_CELLS / 1e6:.0f} MB; split it")
+        if total > _MOST_BYTES:
+            raise TooMuchError(f"it holds more than {_MOST_BYTES / 1e6:.0f} MB; split it")
         batches.append(batch)
-    return pa.Table.from_batches(batches, stored.schema_arrow)
+    read = iter(pa.Table.from_batches(batches).columns if batches else [pa.array([])] * len(leaves))
+    columns = {
+        i: _values(next(read)) if column.leaf is not None else _nothing(claims.rows)
+        for i, column in enumerate(claims.columns)
+    }
+    table = pd.DataFrame(columns, index=pd.RangeIndex(claims.rows))
+    table.columns = pd.Index([printable(column.name) for column in claims.columns])
+    return table
+
+
+def _values(column: pa.ChunkedArray | pa.Array) -> pd.Series | NDArray[Any]:
+    kind = column.type
+    if pa.types.is_decimal(kind):
+        column = column.cast(pa.float64())
+    elif pa.types.is_dictionary(kind) and (pa.types.is_string(kind.value_type) or pa.types.is_binary(kind.value_type)):
+        # Left to itself, pandas would write each text out again.
+        return pd.Series(column.to_pandas().astype(object), dtype=object)
+    elif not (pa.types.is_primitive(kind) or pa.types.is_null(kind)) or pa.types.is_time(kind):
+        return _nothing(len(column))
+    return np.asarray(column.to_pandas(date_as_object=False))
+
+
+def _nothing(rows: int) -> NDArray[Any]:
+    return np.full(rows, None)
+
+
+def _chosen(stored: pq.ParquetFile, only: Collection[str]) -> pd.DataFrame:
+    """All rows of some columns, bit by bit; lists as they are."""
+    schema = pa.schema([f for f in stored.schema_arrow if f.name in only])
+    batches, total = [], 0
+    for batch in stored.iter_batches(_ROWS, columns=schema.names, use_threads=False):
+        total += batch.nbytes
+        if total > _MOST_BYTES:
+            raise TooMuchError(f"it holds more than {_MOST_BYTES / 1e6:.0f} MB; split it")
+        # Pyarrow takes a name for the beginning of others, too.
+        batches.append(batch.select(schema.names))
+    table: pd.DataFrame = (pa.Table.from_batches(batches) if batches else schema.empty_table()).to_pandas()
+    return table
 
 
 def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, str]:
@@ -87,7 +127,6 @@ def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, 
 
 def _seconds(table: pd.DataFrame) -> pd.DataFrame:
     """The table with moments and spans of time as seconds, moments since the first."""
-    table.columns = pd.Index([printable(str(c)) for c in table.columns])
     for i, kind in enumerate(table.dtypes):
         if pd.api.types.is_datetime64_any_dtype(kind):
             values = table.iloc[:, i]

@@ -27,6 +27,8 @@ class QualitySettings:
         idle_window: what rests for so long is idle [s]: longer than a hand that waits for its next command.
         idle_share: largest share of a piece that may be idle [1]: beyond it most rows show rest.
         rest: readings that differ by less are the same [standard deviations of the noise].
+        flickers: least number of single rows in which a flag flips and nothing moves that count: one is what
+            a hand at a border makes.
         disagree: least number of rows with opposite flags in equal states that contradict [rows].
         grid: readings within this part of the variable's range of each other are the same [1].
         most_rows: rows of all pieces that are compared with each other; of more every n-th is taken.
@@ -36,6 +38,7 @@ class QualitySettings:
     idle_window: float = 2.0
     idle_share: float = 0.5
     rest: float = 4.0
+    flickers: int = 2
     disagree: int = 5
     grid: float = 0.005
     most_rows: int = 4000
@@ -85,7 +88,7 @@ def findings(
         *_frozen(pieces, graph, noise, chosen),
         *_constant(pieces, graph),
         *_idle(pieces, limits, chosen),
-        *_flicker(pieces, graph, limits),
+        *_flicker(pieces, graph, limits, chosen),
         *_contradictions(pieces, graph, noise, chosen),
     ]
 
@@ -214,7 +217,9 @@ def _idle(pieces: Sequence[Demonstration], limits: dict[str, float], chosen: Qua
             )  # fmt: skip
 
 
-def _flicker(pieces: Sequence[Demonstration], graph: InteractionGraph, limits: dict[str, float]) -> Iterator[Finding]:
+def _flicker(
+    pieces: Sequence[Demonstration], graph: InteractionGraph, limits: dict[str, float], chosen: QualitySettings
+) -> Iterator[Finding]:
     """Flags that flip for a single row though neither end of the interaction moves before or after it."""
     for piece, edge in itertools.product(pieces, graph.interactions):
         if edge.name not in piece.table:
@@ -226,7 +231,7 @@ def _flicker(pieces: Sequence[Demonstration], graph: InteractionGraph, limits: d
                 steps = np.abs(np.diff(as_numbers(piece.table[name]), prepend=np.nan, append=np.nan))
                 still &= (steps[:-1] <= limits[name]) & (steps[1:] <= limits[name])
         single = [a for state in (on, ~on) for a, b in runs_of(state) if a == b and still[a]]
-        if single:
+        if len(single) >= chosen.flickers:
             yield Finding(
                 piece.name, (min(single), max(single)),
                 f"the flag {edge.name} flips for single rows in which nothing moves, {len(single)} times",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -70,3 +71,12 @@ class Demonstration:
         """
         check_columns(self, graph, objects)
         check_values(self, graph)
+
+
+def data_hash(pieces: Sequence[Demonstration]) -> str:
+    """A hash of demonstrations' values, for a library's manifest."""
+    digest = hashlib.sha256()
+    for piece in pieces:
+        digest.update(",".join(piece.table.columns).encode())
+        digest.update(pd.util.hash_pandas_object(piece.table, index=False).to_numpy().tobytes())
+    return digest.hexdigest()

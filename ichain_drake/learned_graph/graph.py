@@ -12,9 +12,11 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learned_graph.adapter import SingleGroupAdapter
 from ichain_drake.learned_graph.component import LearnedComponent
+from ichain_drake.learned_graph.members import LinkedMembers, Members, ModelMembers
 from ichain_drake.learned_graph.object import LearnedObject
 from ichain_drake.learned_graph.root import GivenRoot
-from ichain_drake.learned_graph.transition import require_same_space
+from ichain_drake.learned_graph.transition import ObjectTransition, require_same_space
+from ichain_drake.learning import InteractionModel
 from ichain_drake.learning.chain.models import ForwardModel
 from ichain_drake.state import FloatArray
 
@@ -27,15 +29,15 @@ class LearnedGraph(Diagram):
     states (see `LearnedComponent`). One call of `EvalUniquePeriodicDiscreteUpdate` is one tick of
     `LearnedGraphReference`, equal to the last bit.
 
-    Which interactions are active is part of the context and decided by whoever predicts (`set_active`); no
-    controller or monitor reads it from here.
+    Which interactions are active is part of the context (`set_active`). What was learned for goals tells from there on
+    by itself when they begin and end; those of a chain, or of plain forward models, stay as they are set.
 
     Ports: input `<root>`, the robot's state at t + 1. Outputs `<object>.state`, `<object>.next_state` for every object
     and the robot, `<object>.active` for every object.
 
     Args:
-        graph: the interaction graph.
-        models: forward model of every interaction.
+        model: what was learned (see `learn`); or a graph, with `models`.
+        models: forward model of every interaction of a graph.
         initial: observable states at t = 0, by object, where they are not 0 (clipped to the bounds).
 
     Raises:
@@ -44,33 +46,33 @@ class LearnedGraph(Diagram):
 
     def __init__(
         self,
-        graph: InteractionGraph,
-        models: Mapping[Interaction, ForwardModel],
+        model: InteractionModel | InteractionGraph,
+        models: Mapping[Interaction, ForwardModel] | None = None,
         initial: Mapping[str, FloatArray] | None = None,
     ) -> None:
         super().__init__()
-        self.graph = graph
-        self.models = {e: models[e] for e in graph.interactions if e in models}
-        _check_fit(graph, models, initial or {})
-        cyclic = {n: component for component in graph.components if len(component) > 1 for n in component}
+        graph = self.graph = model if isinstance(model, InteractionGraph) else model.graph
+        _check_initial(graph, initial or {})
+        members = _members(model, models or {})
+        self._edges = frozenset(graph.interactions)
 
         builder = DiagramBuilder()
         self._systems: dict[str, LeafSystem] = {}
-        for name, declared in graph.objects.items():
-            space = declared.observable
-            start = (initial or {}).get(name, np.clip(np.zeros(len(space)), space.lower, space.upper))
+        starts = _starts(graph, initial or {})
+        flags = {} if isinstance(model, InteractionGraph) or model.chain is not None else model.active(starts)
+        for name in graph.objects:
             if name == graph.root:
-                system = GivenRoot(name, space.check(start, f"learned graph, {name}: initial state"))
+                system = GivenRoot(name, starts[name])
             else:
-                incoming = {e.parent: self.models[e] for e in graph.incoming(name)}
-                system = LearnedObject(name, space, incoming, start, name in cyclic)
+                active = np.array([float(flags.get(e, True)) for e in graph.incoming(name)])
+                system = LearnedObject(name, members[name], starts[name], active)
             self._systems[name] = builder.AddNamedSystem(name, system)
         for edge in graph.interactions:
             parent, child = self.system(edge.parent), self.system(edge.child)
             builder.Connect(parent.GetOutputPort("next_state"), child.GetInputPort(edge.parent))
             builder.Connect(parent.GetOutputPort("state"), child.GetInputPort(f"{edge.parent}.now"))
-        for members in dict.fromkeys(cyclic.values()):
-            self._add_component(builder, members)
+        for group in {id(m): m for m in members.values() if len(m.spaces) > 1}.values():
+            self._add_component(builder, group)
         builder.ExportInput(self.system(graph.root).GetInputPort("next_state"), graph.root)
         for name, system in self._systems.items():
             for port in ("state", "next_state", "active"):
@@ -79,19 +81,18 @@ class LearnedGraph(Diagram):
         builder.BuildInto(self)
         self.set_name("learned_graph")
 
-    def _add_component(self, builder: DiagramBuilder, members: tuple[str, ...]) -> None:
-        component = LearnedComponent([self.system(n).transition for n in members])
+    def _add_component(self, builder: DiagramBuilder, members: Members) -> None:
+        component = LearnedComponent(members)
         builder.AddNamedSystem(component.get_name(), component)
-        parents = dict.fromkeys(p for n in members for p in self.graph.parents(n))
-        for name in members:
+        for name in members.spaces:
             system = self.system(name)
             builder.Connect(system.GetOutputPort("state"), component.GetInputPort(f"{name}.now"))
             builder.Connect(system.GetOutputPort("active"), component.GetInputPort(f"{name}.active"))
             builder.Connect(component.GetOutputPort(f"{name}.next_state"), system.GetInputPort("component"))
-        for name in parents:
-            if name not in members:
-                builder.Connect(self.system(name).GetOutputPort("state"), component.GetInputPort(f"{name}.now"))
-                builder.Connect(self.system(name).GetOutputPort("next_state"), component.GetInputPort(name))
+            builder.Connect(component.GetOutputPort(f"{name}.next_active"), system.GetInputPort("component.active"))
+        for name in members.outside:
+            builder.Connect(self.system(name).GetOutputPort("state"), component.GetInputPort(f"{name}.now"))
+            builder.Connect(self.system(name).GetOutputPort("next_state"), component.GetInputPort(name))
 
     def system(self, name: str) -> LeafSystem:
         """The system of an object or of the robot.
@@ -139,8 +140,8 @@ class LearnedGraph(Diagram):
             InputError: on an unknown interaction.
         """
         for edge, flag in active.items():
-            if edge not in self.models:
-                known = ", ".join(e.name for e in self.models)
+            if edge not in self._edges:
+                known = ", ".join(e.name for e in self.graph.interactions)
                 raise InputError(f"the learned graph has no interaction {edge.name}; it has {known}")
             mine = self.GetMutableSubsystemContext(self.system(edge.child), context)
             values = mine.get_discrete_state(1).CopyToVector()
@@ -172,28 +173,57 @@ class LearnedGraph(Diagram):
         return SingleGroupAdapter(self, own, tuple(held))
 
 
-def build_learned_graph(
-    graph: InteractionGraph,
-    models: Mapping[Interaction, ForwardModel],
-    initial: Mapping[str, FloatArray] | None = None,
-) -> LearnedGraph:
-    """The learned graph of an interaction graph; arguments and errors as those of `LearnedGraph`."""
-    return LearnedGraph(graph, models, initial)
+build_learned_graph = LearnedGraph  # as it was called before it took models of every kind
 
 
-def _check_fit(
-    graph: InteractionGraph, models: Mapping[Interaction, ForwardModel], initial: Mapping[str, FloatArray]
-) -> None:
+def _members(
+    model: InteractionModel | InteractionGraph, models: Mapping[Interaction, ForwardModel]
+) -> dict[str, Members]:
+    """Of every object but the robot, the component that it is in."""
+    graph = model if isinstance(model, InteractionGraph) else model.graph
+    learned = None if isinstance(model, InteractionGraph) else model
+    if learned is not None and learned.chain is not None:
+        models, learned = {link.interaction: link.forward.model for link in learned.chain.links}, None
+    if learned is None:
+        _check_models(graph, models)
+    found: dict[str, Members] = {}
+    for names in graph.components:
+        if names == (graph.root,):
+            continue
+        if learned is not None:
+            members: Members = ModelMembers(learned, names)
+        else:
+            incoming = {n: {e.parent: models[e] for e in graph.incoming(n)} for n in names}
+            spaces = {n: graph.objects[n].observable for n in names}
+            members = LinkedMembers([ObjectTransition(n, spaces[n], incoming[n]) for n in names])
+        found |= dict.fromkeys(names, members)
+    return found
+
+
+def _starts(graph: InteractionGraph, initial: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """States at t = 0; of what was not given 0, within the bounds."""
+    found = {}
+    for name, declared in graph.objects.items():
+        space = declared.observable
+        start = initial.get(name, np.clip(np.zeros(len(space)), space.lower, space.upper))
+        found[name] = space.check(start, f"learned graph, {name}: initial state")
+    return found
+
+
+def _check_initial(graph: InteractionGraph, initial: Mapping[str, FloatArray]) -> None:
+    unknown = [n for n in initial if n not in graph.objects]
+    if unknown:
+        raise InputError(
+            f"learned graph: initial state of {', '.join(unknown)}; objects are {', '.join(graph.objects)}"
+        )
+
+
+def _check_models(graph: InteractionGraph, models: Mapping[Interaction, ForwardModel]) -> None:
     missing = [e.name for e in graph.interactions if e not in models]
     if missing:
         raise InputError(f"learned graph: no model for {', '.join(missing)}; learn or load one")
     extra = [e.name for e in models if e not in graph.interactions]
     if extra:
         raise InputError(f"learned graph: model for {', '.join(extra)}, which the graph does not have; leave it out")
-    unknown = [n for n in initial if n not in graph.objects]
-    if unknown:
-        raise InputError(
-            f"learned graph: initial state of {', '.join(unknown)}; objects are {', '.join(graph.objects)}"
-        )
     for edge, model in models.items():
         require_same_space(f"model of {edge.name}, parent", model.parent_space, graph.objects[edge.parent].observable)

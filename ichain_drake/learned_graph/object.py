@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,8 @@ from pydrake.systems.framework import BasicVector_, Context_, DiscreteValues_, L
 from pydrake.systems.scalar_conversion import TemplateSystem
 
 from ichain_drake.learned_graph.autodiff import values_of
-from ichain_drake.learned_graph.transition import ObjectTransition
-from ichain_drake.learning.chain.models import ForwardModel
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.learned_graph.members import Members
+from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
 
 
@@ -31,46 +29,50 @@ def LearnedObject_(T: type) -> type:  # noqa: N802 - the template is the class
         parents; everything else stays the same.
 
         Ports: inputs `<parent>` (its `next_state`) and `<parent>.now` (its `state`) for every parent; in a cycle also
-        `component`. Outputs `state` (no feedthrough), `next_state`, and `active`: one 0/1 per incoming interaction, a
-        held discrete state, 1 by default, that whoever predicts sets in the context. An object adds up the changes that
-        its active interactions make; without any it keeps its state.
+        `component` and `component.active`. Outputs `state` (no feedthrough), `next_state`, and `active`: one 0/1 per
+        incoming interaction, a discrete state, 1 by default, that whoever predicts may set in the context; what was
+        learned for goals tells by itself when they change.
 
         Args:
             name: the object's name in the graph.
-            space: its observable state space.
-            models: forward model of every incoming interaction, by parent, in the graph's order.
+            members: of which it is one, the only one unless it is part of a cycle.
             initial: state at t = 0, shape (n_variables,); default 0, clipped to the bounds.
-            in_component: whether the object is part of a cycle.
+            active: of its interactions at t = 0, shape (n_parents,).
 
         Raises:
-            InputError: if a model doesn't fit the state space or the initial state is not finite; names the variable.
+            InputError: if the initial state is not finite; names the variable.
         """
 
         def _construct(
             self,
             name: str,
-            space: StateSpace,
-            models: Mapping[str, ForwardModel],
+            members: Members,
             initial: FloatArray | None = None,
-            in_component: bool = False,
+            active: FloatArray | None = None,
             converter: Any = None,
         ) -> None:
             LeafSystem_[T].__init__(self, converter=converter)
             self.set_name(name)
-            self.transition = ObjectTransition(name, space, models)
+            self.members = members
+            space, parents = members.spaces[name], members.parents[name]
             start = np.clip(np.zeros(len(space)), space.lower, space.upper) if initial is None else initial
             self.initial = space.check(start, f"learned object {name}: initial state")
             self._parents = []
-            for parent, model in models.items():
-                after = self.DeclareVectorInputPort(parent, len(model.parent_space))
-                now = self.DeclareVectorInputPort(f"{parent}.now", len(model.parent_space))
+            for parent in parents:
+                size = len((members.spaces | members.outside)[parent])
+                after = self.DeclareVectorInputPort(parent, size)
+                now = self.DeclareVectorInputPort(f"{parent}.now", size)
                 self._parents.append((now, after))
-            self._component = self.DeclareVectorInputPort("component", len(space)) if in_component else None
+            self._component = None
+            if len(members.spaces) > 1:
+                given = self.DeclareVectorInputPort("component", len(space))
+                self._component = given, self.DeclareVectorInputPort("component.active", len(parents))
+            self.initial_active = np.ones(len(parents)) if active is None else np.array(active, dtype=float)
             self._state = self.DeclareDiscreteState(self.initial)
-            self._active = self.DeclareDiscreteState(np.ones(len(models)))
+            self._active = self.DeclareDiscreteState(self.initial_active)
             self.DeclareStateOutputPort("state", self._state)
             if self._component is not None:
-                sources = {self._component.ticket()}
+                sources = {self._component[0].ticket()}
             else:
                 sources = {self.xd_ticket()} | {port.ticket() for pair in self._parents for port in pair}
             self._next = self.DeclareVectorOutputPort("next_state", len(space), self._calc_next, sources)
@@ -78,26 +80,32 @@ def LearnedObject_(T: type) -> type:  # noqa: N802 - the template is the class
             self.DeclarePeriodicDiscreteUpdateEvent(TICK, 0.0, self._update)
 
         def _construct_copy(self, other: Any, converter: Any = None) -> None:
-            t = other.transition
-            in_component = other._component is not None
-            Impl._construct(self, t.name, t.space, t.models, other.initial, in_component, converter=converter)
-
-        def _calc_next(self, context: Context_[T], output: BasicVector_[T]) -> None:  # type: ignore[valid-type]
-            output.SetFromVector(self._evaluate(context))
-
-        def _evaluate(self, context: Context_[T]) -> NDArray[Any]:  # type: ignore[valid-type]
-            if self._component is not None:
-                return self._component.Eval(context)
-            active = values_of(context.get_discrete_state(self._active).CopyToVector()) > 0.5  # flags are 0 or 1
-            return self.transition(
-                context.get_discrete_state(self._state).CopyToVector(),
-                [now.Eval(context) for now, _ in self._parents],
-                [after.Eval(context) for _, after in self._parents],
-                active,
+            Impl._construct(
+                self, other.get_name(), other.members, other.initial, other.initial_active, converter=converter
             )
 
+        def _calc_next(self, context: Context_[T], output: BasicVector_[T]) -> None:  # type: ignore[valid-type]
+            output.SetFromVector(self._evaluate(context)[0])
+
+        def _evaluate(self, context: Context_[T]) -> tuple[NDArray[Any], NDArray[Any]]:  # type: ignore[valid-type]
+            """State and flags at t + 1."""
+            if self._component is not None:
+                state, flags = self._component
+                return state.Eval(context), flags.Eval(context)
+            name = self.get_name()
+            state = context.get_discrete_state(self._state).CopyToVector()
+            flags = values_of(context.get_discrete_state(self._active).CopyToVector()) > 0.5  # flags are 0 or 1
+            now, after = {name: state}, {}
+            for parent, (before, later) in zip(self.members.parents[name], self._parents, strict=True):
+                now[parent], after[parent] = before.Eval(context), later.Eval(context)
+            time = float(values_of(np.array([context.get_time()]))[0])
+            states, on = self.members(now, after, {name: flags}, time)
+            return states[name], on[name].astype(float)
+
         def _update(self, context: Context_[T], discrete: DiscreteValues_[T]) -> None:  # type: ignore[valid-type]
-            discrete.set_value(self._state, self._next.Eval(context))
+            state, flags = self._evaluate(context)
+            discrete.set_value(self._state, state)
+            discrete.set_value(self._active, flags)
 
     return Impl
 

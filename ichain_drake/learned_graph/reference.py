@@ -88,24 +88,6 @@ class LearnedGraphReference:
             after[name] = combine(self.graph.objects[name].observable, states[name], effects)
         return after
 
-    def tick_row(
-        self,
-        states: Mapping[str, FloatArray],
-        root_next: FloatArray,
-        active: Mapping[Interaction, bool] | None = None,
-    ) -> dict[str, FloatArray]:
-        """One tick of a single row, with the one-row evaluation that learned objects call: equal to the last bit."""
-        on = [e for e in self.graph.interactions if active is None or active[e]]
-        after = {self.graph.root: np.asarray(root_next)}
-        for name in sweep_order([n for n in self.graph.objects if n != self.graph.root], on):
-            effects = [
-                self.models[e].predict_row(states[name], states[e.parent], after[e.parent])
-                for e in on
-                if e.child == name
-            ]
-            after[name] = combine(self.graph.objects[name].observable, states[name], effects)
-        return after
-
 
 def combine(space: StateSpace, state: FloatArray, effects: Sequence[FloatArray]) -> FloatArray:
     """The next state from the predictions of each active interaction: their changes add up.

@@ -2,7 +2,6 @@
 
 from ichain_drake.learning.checks import read_pieces
 from ichain_drake.learning.findings import Finding, label_findings
-from ichain_drake.learning.inverse import Inverse, invert, wanted_change
 from ichain_drake.learning.known import KnownObject, KnownParts
 from ichain_drake.learning.learn import contradicted, learn_interactions
 from ichain_drake.learning.model import InteractionModel
@@ -17,7 +16,6 @@ __all__ = [
     "Finding",
     "InteractionModel",
     "InteractionSpec",
-    "Inverse",
     "KnownObject",
     "KnownParts",
     "LearnedInteraction",
@@ -26,10 +24,8 @@ __all__ = [
     "contradicted",
     "event_f1",
     "f1",
-    "invert",
     "label_findings",
     "learn_interactions",
     "read_pieces",
     "report",
-    "wanted_change",
 ]

@@ -68,3 +68,10 @@ def forced_status(
             )
         out[edge] = np.broadcast_to(np.asarray(value, dtype=bool), shape).reshape(n)
     return out
+
+
+def shaped(
+    states: Mapping[str, FloatArray], on: Mapping[Interaction, NDArray[np.bool_]], shape: tuple[int, ...]
+) -> tuple[dict[str, FloatArray], dict[Interaction, NDArray[np.bool_]]]:
+    """States and status of rows, shape (n, ...), in the shape of a batch."""
+    return {n: s.reshape(*shape, -1) for n, s in states.items()}, {e: flag.reshape(shape) for e, flag in on.items()}

@@ -40,6 +40,10 @@ class StateFeatures:
         space: the observable state space.
         kind: see `FeatureKind`.
 
+    Attributes:
+        plain: indices of the variables that are seen as they are, which come first.
+        angles: indices of those of which first all cosines, then all sines are seen.
+
     Raises:
         InputError: for `body` where the state space has no planar pose.
     """
@@ -54,12 +58,12 @@ class StateFeatures:
             )
         dropped = {i for x, y, _ in poses for i in (x, y)} if kind == "body" else set()
         kept = [] if kind == "none" else [i for i in range(len(space)) if i not in dropped]
-        self._plain = np.array([i for i in kept if not space.angle_mask[i]], dtype=np.intp)
-        self._angles = np.array([i for i in kept if space.angle_mask[i]], dtype=np.intp)
+        self.plain = np.array([i for i in kept if not space.angle_mask[i]], dtype=np.intp)
+        self.angles = np.array([i for i in kept if space.angle_mask[i]], dtype=np.intp)
         self.names = (
-            *(space.names[i] for i in self._plain),
-            *(f"cos({space.names[i]})" for i in self._angles),
-            *(f"sin({space.names[i]})" for i in self._angles),
+            *(space.names[i] for i in self.plain),
+            *(f"cos({space.names[i]})" for i in self.angles),
+            *(f"sin({space.names[i]})" for i in self.angles),
         )
 
     def __len__(self) -> int:
@@ -67,17 +71,17 @@ class StateFeatures:
 
     def __call__(self, state: NDArray) -> NDArray:
         """Features of states, shape (..., n_variables) -> (..., n_features). Works on AutoDiffXd arrays too."""
-        angles = state[..., self._angles]
-        return np.concatenate([state[..., self._plain], np.cos(angles), np.sin(angles)], axis=-1)
+        angles = state[..., self.angles]
+        return np.concatenate([state[..., self.plain], np.cos(angles), np.sin(angles)], axis=-1)
 
     def jacobian(self, state: FloatArray) -> FloatArray:
         """Derivative of the features by the state, shape (..., n_features, n_variables)."""
         out = np.zeros((*state.shape[:-1], len(self), state.shape[-1]))
-        n, m = len(self._plain), len(self._angles)
-        out[..., np.arange(n), self._plain] = 1.0
-        angles = state[..., self._angles]
-        out[..., n + np.arange(m), self._angles] = -np.sin(angles)
-        out[..., n + m + np.arange(m), self._angles] = np.cos(angles)
+        n, m = len(self.plain), len(self.angles)
+        out[..., np.arange(n), self.plain] = 1.0
+        angles = state[..., self.angles]
+        out[..., n + np.arange(m), self.angles] = -np.sin(angles)
+        out[..., n + m + np.arange(m), self.angles] = np.cos(angles)
         return out
 
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.chain.chain import LearnedLink
+from ichain_drake.learning.chain.command import LearnedCommand
 from ichain_drake.learning.passive import PassiveDynamics
-from ichain_drake.learning.status.events import MOST_EXAMPLES, EdgeExamples, Switching
+from ichain_drake.learning.status.events import MOST_EXAMPLES, EdgeExamples, Switching, Windows
 from ichain_drake.learning.tick import LearnedInteraction
 from ichain_drake.state import FloatArray
+
+KeptT = TypeVar("KeptT")
 
 
 @dataclass(frozen=True)
@@ -36,25 +41,58 @@ class KnownObject:
 
 @dataclass(frozen=True)
 class KnownParts:
-    """Interactions and objects that are known before anything is learned.
+    """Interactions and objects of a graph that are known before anything is learned, from a library say.
 
     Attributes:
         edges: known interactions, under the names of the graph at hand.
         objects: at least the ends of these; the rest of the graph's objects are learned with the rest.
         elsewhere: those of the interactions that were shown in another scene. What they do holds here too; the places
             at which they were begun and ended are only used where no piece shows any here.
+        activations, deactivations: demonstrated events of those that are the robot's.
+        sources: where each was found: the saved graph's folder, and its name there where that is another.
+        robot_seconds: what recording its demonstrations took of the robot then, with all others of its graph [s].
+        reasons: why each of the other interactions was not taken.
+        links: of a chain, by interaction name, for following paths.
+        command: what was learned about commanding the hand, where the chain's first link is known.
     """
 
     edges: Mapping[Interaction, LearnedInteraction] = field(default_factory=dict)
     objects: Mapping[str, KnownObject] = field(default_factory=dict)
-    elsewhere: Collection[Interaction] = ()
+    elsewhere: tuple[Interaction, ...] = ()
+    activations: Windows = field(default_factory=dict)
+    deactivations: Windows = field(default_factory=dict)
+    sources: Mapping[Interaction, str] = field(default_factory=dict)
+    robot_seconds: Mapping[Interaction, float] = field(default_factory=dict)
+    reasons: Mapping[Interaction, str] = field(default_factory=dict)
+    links: Mapping[str, LearnedLink] = field(default_factory=dict)
+    command: LearnedCommand | None = None
 
-    def without(self, edges: Collection[Interaction], objects: Collection[str] = ()) -> KnownParts:
-        """The same parts, without some interactions and what is known of some objects."""
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the known interactions, which need no demonstration."""
+        return (*(e.name for e in self.edges), *self.links)
+
+    def without(self, reasons: Mapping[Interaction, str]) -> KnownParts:
+        """The same, without some interactions, for these reasons; an object all of whose known ones go is forgotten."""
+        kept = {e for e in self.edges if e not in reasons}
+        gone = {e.child for e in reasons} - {e.child for e in kept}
+        names = {e.name for e in reasons}
+        first = next(iter(self.links), None)
+
+        def only(found: Mapping[Interaction, KeptT]) -> dict[Interaction, KeptT]:
+            return {e: value for e, value in found.items() if e in kept}
+
         return KnownParts(
-            {e: known for e, known in self.edges.items() if e not in edges},
-            {n: known for n, known in self.objects.items() if n not in objects},
-            [e for e in self.elsewhere if e not in edges],
+            only(self.edges),
+            {n: known for n, known in self.objects.items() if n not in gone},
+            tuple(e for e in self.elsewhere if e in kept),
+            only(self.activations),
+            only(self.deactivations),
+            only(self.sources),
+            only(self.robot_seconds),
+            {**self.reasons, **reasons},
+            {n: link for n, link in self.links.items() if n not in names},
+            None if first in names else self.command,
         )
 
     def is_whole(self, graph: InteractionGraph) -> bool:

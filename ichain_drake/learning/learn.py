@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ichain_drake.demonstrations import Demonstration
+from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.agreement import disagreements
@@ -24,10 +24,11 @@ from ichain_drake.learning.noise import measurement_std
 from ichain_drake.learning.passive import PassiveDynamics, learn_passive
 from ichain_drake.learning.spec import InteractionSpec
 from ichain_drake.learning.status.customary import learn_customary
-from ichain_drake.learning.status.events import collect_examples
+from ichain_drake.learning.status.events import collect_examples, collect_windows
 from ichain_drake.learning.status.status import learn_status
 from ichain_drake.learning.tick import LearnedInteraction
 from ichain_drake.state import FloatArray
+from ichain_drake.timing import TICK
 
 
 def learn_interactions(
@@ -53,8 +54,20 @@ def learn_interactions(
     with threadpool_limits(limits=1, user_api="blas"), collected_warnings():
         known = known or KnownParts()
         if not pieces and known.is_whole(graph):
-            return _assembled(graph, known)
-        return _learn(pieces, graph, spec or InteractionSpec(), known)
+            model = _assembled(graph, known)
+        else:
+            model = _learn(pieces, graph, spec or InteractionSpec(), known)
+        shown = collect_windows(pieces, graph)
+        before = (known.activations, known.deactivations)
+        on, off = ({e: (*w, *was.get(e, ())) for e, w in part.items()} for part, was in zip(shown, before, strict=True))
+        return replace(
+            model,
+            activations=on,
+            deactivations=off,
+            robot_seconds=sum((len(p) - 1) * TICK for p in pieces),
+            demonstrations_sha256=data_hash(pieces),
+            known=known,
+        )
 
 
 def contradicted(pieces: Sequence[Demonstration], graph: InteractionGraph, known: KnownParts) -> dict[Interaction, str]:

@@ -10,11 +10,15 @@ import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import ActiveCycleError, InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.batch import flatten, forced_status
+from ichain_drake.learning.batch import flatten, forced_status, shaped
+from ichain_drake.learning.chain.chain import DEMONSTRATIONS, LearnedChain
+from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.report import report
+from ichain_drake.learning.status.events import Windows
 from ichain_drake.learning.tick import LearnedInteraction, advance, effects_of
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
@@ -43,6 +47,13 @@ class InteractionModel:
         pieces: names of the pieces that it was learned from.
         findings: what is odd about them, in one line each.
         wall_seconds: time that learning took [s].
+        activations, deactivations: demonstrated events of each interaction of the robot.
+        robot_seconds: simulated time that recording the demonstrations took of the robot [s].
+        demonstrations_sha256: hash of them, 64 hexadecimal digits.
+        source: `demonstrations`, or the folder of the library that all of it was loaded from.
+        known: what was known before, and so not learned.
+        chain: links and commands for following paths, where that is what was learned: then `edges` and all that goes
+            with them are empty, and all interactions of the chain are always active.
     """
 
     graph: InteractionGraph
@@ -56,6 +67,57 @@ class InteractionModel:
     pieces: tuple[str, ...]
     findings: tuple[str, ...] = field(default=(), compare=False)
     wall_seconds: float = field(default=0.0, compare=False)
+    activations: Windows = field(default_factory=dict, compare=False)
+    deactivations: Windows = field(default_factory=dict, compare=False)
+    robot_seconds: float = 0.0
+    demonstrations_sha256: str = ""
+    source: str = DEMONSTRATIONS
+    known: KnownParts = field(default_factory=KnownParts, compare=False)
+    chain: LearnedChain | None = None
+
+    @classmethod
+    def of_chain(cls, chain: LearnedChain, pieces: Sequence[Demonstration], known: KnownParts) -> InteractionModel:
+        """What was learned about a chain that follows paths.
+
+        Args:
+            chain: its links.
+            pieces: the demonstrations.
+            known: what was known before.
+        """
+        edges = tuple(link.interaction for link in chain.links)
+        names = tuple(p.name for p in pieces)
+        return cls(
+            chain.graph, {}, {}, {}, {}, {}, edges, {}, names,
+            demonstrations_sha256=data_hash(pieces), known=known, chain=chain,
+        )  # fmt: skip
+
+    def for_paths(self) -> LearnedChain:
+        """Its chain.
+
+        Raises:
+            InputError: if it was learned for goals.
+        """
+        if self.chain is None:
+            raise InputError("the model was learned for goals; for a path, give `learn` a target, or a PathScenario")
+        return self.chain
+
+    def for_goals(self) -> InteractionModel:
+        """Itself.
+
+        Raises:
+            InputError: if it was learned about a chain that follows paths.
+        """
+        if self.chain is not None:
+            raise InputError("the model was learned for following paths; for a goal, give `learn` no target")
+        return self
+
+    def source_of(self, edge: Interaction) -> str:
+        """Where an interaction's models come from: `demonstrations`, or a folder."""
+        return self.known.sources.get(edge, self.source)
+
+    def robot_seconds_of(self, edge: Interaction) -> float:
+        """Simulated time of the robot that recording an interaction's demonstrations took, with others' [s]."""
+        return self.known.robot_seconds.get(edge, self.robot_seconds)
 
     def decide(self, edge: Interaction, states: States) -> FloatArray:
         """Decision value of an interaction's status, shape (...): >= 0 means active.
@@ -73,9 +135,8 @@ class InteractionModel:
 
     def probability(self, edge: Interaction, states: States) -> FloatArray:
         """Calibrated probability that an interaction is active, shape (...); arguments as of `decide`."""
-        learned = self._edge(edge)
         rows, shape = flatten(states, self._around(edge.child), self.graph)
-        return learned.status.probability(rows).reshape(shape)
+        return self._edge(edge).status.probability(rows).reshape(shape)
 
     def active(self, states: States, previous: Status | None = None) -> dict[Interaction, BoolArray]:
         """Which interactions are active, shape (...) each.
@@ -85,6 +146,8 @@ class InteractionModel:
             previous: the status one tick before, for hysteresis.
         """
         rows, shape = flatten(states, tuple(self.graph.objects), self.graph)
+        if self.chain is not None:
+            return {e: np.ones(shape, dtype=bool) for e in self.order}
         n = len(next(iter(rows.values())))
         before = forced_status(previous, self.graph, shape, n)
         return {e: self.edges[e].status.active(rows, before.get(e)).reshape(shape) for e in self.graph.interactions}
@@ -138,24 +201,44 @@ class InteractionModel:
         rows, shape = flatten(joined, (*every, ""), self.graph, {"": self.graph.root})
         after = {self.graph.root: rows.pop("")}
         n = len(after[self.graph.root])
+        on: dict[Interaction, BoolArray] = {}
+        if self.chain is not None:
+            self.chain.advance(rows, after)
+            on = {e: np.ones(n, dtype=bool) for e in self.order}
+            return shaped(after, on, shape)
         forced = forced_status(active, self.graph, shape, n)
         before = forced_status(previous, self.graph, shape, n)
-        on: dict[Interaction, BoolArray] = {}
         for members in self.graph.components:
-            if members == (self.graph.root,):
-                continue
-            # In a cycle the first sweep sees some parents at t; each further sweep brings news one object on.
-            for _ in range(len(members)):
-                for child in self._sweep(members):
-                    after[child] = advance(
-                        self.edges, self._incoming[child], self.passive[child], rows, after, forced, before, on
-                    )
+            if members != (self.graph.root,):
+                self.advance_component(members, rows, after, forced, before, on)
         if strict:
-            self._refuse_cycles(on, time)
-        return (
-            {name: after[name].reshape(*shape, -1) for name in every},
-            {e: on[e].reshape(shape) for e in self.graph.interactions},
-        )
+            self.refuse_cycles(on, time)
+        return shaped({n: after[n] for n in every}, {e: on[e] for e in self.graph.interactions}, shape)
+
+    def advance_component(
+        self,
+        members: tuple[str, ...],
+        rows: Mapping[str, FloatArray],
+        after: dict[str, FloatArray],
+        forced: Mapping[Interaction, BoolArray],
+        before: Mapping[Interaction, BoolArray],
+        on: dict[Interaction, BoolArray],
+    ) -> None:
+        """One tick of the objects of one strongly connected component: of one object, where it is in no cycle.
+
+        Args:
+            members: their names, in the graph's order.
+            rows: states of them and their parents at t, shape (n, n_variables).
+            after: states at t + 1 of parents outside; is given those of the members.
+            forced, before: status to take as given, and status at t, shape (n,) each.
+            on: is given the status at t + 1 of their incoming interactions.
+        """
+        # In a cycle the first sweep sees some parents at t; each further sweep brings news one object on.
+        for _ in range(len(members)):
+            for child in self._sweep(members):
+                after[child] = advance(
+                    self.edges, self._incoming[child], self.passive[child], rows, after, forced, before, on
+                )
 
     def rollout(
         self, states: States, root_path: ArrayLike, active: Status | None = None, previous: Status | None = None
@@ -235,8 +318,19 @@ class InteractionModel:
         rings = nx.simple_cycles(self.graph.digraph)
         return [[Interaction(a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)] for ring in rings]
 
-    def _refuse_cycles(self, on: Mapping[Interaction, BoolArray], time: float | None) -> None:
+    def refuse_cycles(self, on: Mapping[Interaction, BoolArray], time: float | None) -> None:
+        """Refuse a cycle of interactions that are active at the same time.
+
+        Args:
+            on: status of all interactions, or of those of one strongly connected component, shape (n,).
+            time: named in the error [s].
+
+        Raises:
+            ActiveCycleError: names the interactions.
+        """
         for ring in self._cycles:
+            if ring[0] not in on:
+                continue
             rows = np.flatnonzero(np.all([on[e] for e in ring], axis=0))
             if len(rows):
                 when = "" if time is None else f" at t = {time:.3f} s"

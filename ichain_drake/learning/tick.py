@@ -48,10 +48,6 @@ class LearnedInteraction:
         """Whether its status looks at where its two ends are relative to each other."""
         return any(isinstance(i, RelativeInput) for i in self.status.inputs)
 
-    def affects(self, variable: int) -> bool:
-        """Whether it changes a variable of the child."""
-        return any(e.variable == variable for e in self.effects)
-
     def cautious(self) -> LearnedInteraction:
         """The same, but active only under the customary conditions too."""
         return replace(self, status=CautiousStatus.of(self.status, self.customary))

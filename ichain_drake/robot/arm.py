@@ -38,13 +38,22 @@ class ArmRobot(Diagram):
         bodies: bodies of mechanical objects, by object name; empty in `arm` physics.
         seed: the run's seed.
         object_id: the robot object's number, which keys its noise.
+        start: full hand state of the default context, shape (7,); the spec's home by default. With grip 1 the fingers
+            are closed until they just touch what is between them.
 
     Raises:
         InputError: if models, names or gains don't fit.
-        UnreachableError: if the arm can't reach the home hand state.
+        UnreachableError: if the arm can't reach the home hand state, or the start.
     """
 
-    def __init__(self, spec: RobotSpec, bodies: Mapping[str, BodySpec], seed: int = 0, object_id: int = 0) -> None:
+    def __init__(  # noqa: PLR0915 - one system after the other
+        self,
+        spec: RobotSpec,
+        bodies: Mapping[str, BodySpec],
+        seed: int = 0,
+        object_id: int = 0,
+        start: FloatArray | None = None,
+    ) -> None:
         super().__init__()
         self.spec = spec
         self.bodies = dict(bodies)
@@ -54,6 +63,9 @@ class ArmRobot(Diagram):
         self.kinematics = ArmKinematics(control_plant(spec), spec)
         home = spec.home_hand()
         joints = self.kinematics.solve(home)
+        if start is not None:
+            home = HAND.check(start, "hand state")
+            joints = self.kinematics.solve(home)
         self.plant.SetDefaultPositions(self._robot.arm, joints)
         self._grip_ends = self._finger_ends()
 
@@ -107,6 +119,7 @@ class ArmRobot(Diagram):
         builder.ExportOutput(positions.get_output_port(0), "plant_positions")
         builder.ExportOutput(self.scene_graph.get_query_output_port(), "query")
         builder.BuildInto(self)
+        self._start_with_fingers(closed=closed)
 
     @property
     def space(self) -> StateSpace:
@@ -174,6 +187,13 @@ class ArmRobot(Diagram):
             self.plant.SetPositions(plant_context, gripper, opened + low * (shut - opened))
         else:
             self.plant.SetPositions(plant_context, gripper, shut if closed else opened)
+
+    def _start_with_fingers(self, closed: bool) -> None:
+        """Make fingers that hold what is between them part of the default context."""
+        if self._robot.gripper is not None:
+            context = self.CreateDefaultContext()
+            self._set_fingers(context, closed=closed)
+            self.plant.SetDefaultPositions(self.plant.GetPositions(self.plant.GetMyContextFromRoot(context)))
 
     def _clearance(self, root_context: Context, fingers: FloatArray) -> float:
         """Least distance between the gripper and anything that it may collide with [m]; large if nothing is near."""

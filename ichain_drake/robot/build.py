@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, get_args
+from typing import Literal
 
 from ichain_drake.errors import InputError
 from ichain_drake.robot.arm import ArmRobot
+from ichain_drake.robot.hand import HAND
 from ichain_drake.robot.ideal import IdealHand
 from ichain_drake.robot.spec import BodySpec, RobotSpec
+from ichain_drake.state import FloatArray
 
-Physics = Literal["ideal", "arm", "contact"]
+Physics = Literal["ideal", "arm", "contact", "environment"]
+"""`environment`: a world that somebody else simulates, with a root of its own; see `EnvironmentScenario`."""
+
+ROBOT_PHYSICS: tuple[Physics, ...] = ("ideal", "arm", "contact")
+"""What a robot of this library can be built for."""
 
 
 def build_robot(
@@ -19,6 +25,7 @@ def build_robot(
     bodies: Mapping[str, BodySpec] | None = None,
     seed: int = 0,
     object_id: int = 0,
+    start: FloatArray | None = None,
 ) -> IdealHand | ArmRobot:
     """Build the robot: the same ports and the same tick in every physics.
 
@@ -29,14 +36,17 @@ def build_robot(
         bodies: bodies of mechanical objects, by object name; used in `contact` only.
         seed: the run's seed.
         object_id: the robot object's number, which keys its noise.
+        start: full hand state of the default context, shape (7,); the spec's home by default. In `contact` a closed
+            hand holds what is between its fingers then.
 
     Raises:
         InputError: on an unknown physics, or models, names or gains that don't fit.
-        UnreachableError: if the arm can't reach the home hand state.
+        UnreachableError: if the arm can't reach the home hand state, or the start.
     """
-    if physics not in get_args(Physics):
-        raise InputError(f"physics {physics!r}: choose {', '.join(get_args(Physics))}")
+    if physics not in ROBOT_PHYSICS:
+        raise InputError(f"physics {physics!r}: choose {', '.join(ROBOT_PHYSICS)}")
     if physics == "ideal":
         speeds = {"linear_speed": spec.linear_speed, "angular_speed": spec.angular_speed}
-        return IdealHand(spec.hand, spec.home_hand(), seed, object_id, **speeds)
-    return ArmRobot(spec, (bodies or {}) if physics == "contact" else {}, seed, object_id)
+        home = spec.home_hand() if start is None else HAND.check(start, "hand state")
+        return IdealHand(spec.hand, home, seed, object_id, **speeds)
+    return ArmRobot(spec, (bodies or {}) if physics == "contact" else {}, seed, object_id, start)

@@ -148,12 +148,11 @@ class TeachingSession:
         """A world at its start."""
         number = _FIRST_RUN + self._restarts % _RUNS
         self._restarts += 1
-        world, prepare = self._seat.world(number)
+        world = self._seat.world(number)
         context = world.CreateDefaultContext()
-        prepare(context)
         hand = np.array(world.robot.GetOutputPort("state").Eval(world.robot.GetMyContextFromRoot(context)))
         self._person = Person(hand)
-        self._episode = Episode(world, self._person, prepare)
+        self._episode = Episode(world, self._person)
         self._command, self._count = hand, 0
         self.view.begin(0.0, self._states(), {})
 

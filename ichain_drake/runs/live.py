@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+from ichain_drake.control.tracking.systems import PathController
 from ichain_drake.scenarios.adjustable import Adjustable
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.real_time import FrameClock
@@ -59,7 +60,8 @@ class LiveRun:
     def begin(self, episode: Episode) -> None:
         """Show an episode's start; what was adjusted before stays in force."""
         self._episodes += 1
-        lines = {} if episode.path is None else {episode.followed: episode.path.points}
+        driver = episode.commander if isinstance(episode.commander, PathController) else None
+        lines = {} if driver is None or episode.path is None else {driver.followed: episode.path.points}
         states = {name: episode.value(name, "state") for name in episode.world.graph.objects}
         self.view.begin(episode.context.get_time(), states, lines)
         for item in self._adjustables:

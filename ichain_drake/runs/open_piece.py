@@ -14,7 +14,7 @@ import pandas as pd
 
 from ichain_drake.demonstrations import TIME, Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.files import read_whole, reason_of
+from ichain_drake.files import json_value, read_whole, reason_of
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK, TICK
 
@@ -94,7 +94,7 @@ def left_behind(folder: Path) -> list[tuple[Path, Demonstration]]:
             continue
         try:
             piece = _read(file)
-        except (InputError, ValueError, KeyError, TypeError, IndexError):
+        except (InputError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError):
             continue
         if piece is None:
             file.unlink(missing_ok=True)
@@ -114,13 +114,13 @@ def _is_written(file: Path) -> bool:
 
 def _read(file: Path) -> Demonstration | None:
     """The piece in a file; None if it has fewer than the two rows that a piece needs."""
-    lines = read_whole(file, "the open piece").decode().split("\n")[:-1]  # behind the last line end is half a line
+    lines = read_whole(file, "the open piece").split(b"\n")[:-1]  # behind the last line end is half a line
     if not lines:
         return None
-    head: dict[str, Any] = json.loads(lines[0])
+    head: dict[str, Any] = json_value(lines[0], str(file))
     rows, about = [], {}
     for line in lines[1:]:
-        entry = json.loads(line)
+        entry = json_value(line, str(file))
         if isinstance(entry, list):
             rows.append(entry)
         else:

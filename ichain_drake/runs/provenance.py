@@ -7,14 +7,11 @@ import hashlib
 import importlib.metadata
 import inspect
 import platform
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from ichain_drake import rules
-from ichain_drake.demonstrations import Demonstration
 
 
 def versions() -> dict[str, str]:
@@ -52,12 +49,3 @@ def code_hash(kinds: Collection[type] = ()) -> str:
     for file in sorted(f for f in files if f.is_file()):
         digest.update(file.name.encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()[:12]
-
-
-def data_hash(pieces: Sequence[Demonstration]) -> str:
-    """A hash of demonstrations' values, for a library's manifest."""
-    digest = hashlib.sha256()
-    for piece in pieces:
-        digest.update(",".join(piece.table.columns).encode())
-        digest.update(pd.util.hash_pandas_object(piece.table, index=False).to_numpy().tobytes())
-    return digest.hexdigest()

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import json_value, read_whole, write_whole
 
 _ABOUT = "about"
 
@@ -49,7 +50,7 @@ class RowFile:
             self.found = {line["id"]: line["found"] for line in lines[1:]}
             file.parent.mkdir(parents=True, exist_ok=True)
             text = "".join(json.dumps(line, allow_nan=False) + "\n" for line in [told, *lines[1:]])
-            file.write_text(text)
+            write_whole(file, text.encode())
         except OSError as error:
             raise InputError(f"{file}: can't keep rows there ({error.strerror or error})") from None
 
@@ -81,16 +82,27 @@ class RowFile:
 
 def _lines(file: Path) -> list[dict[str, Any]]:
     """The lines of a file up to the first that is not whole."""
-    out = []
-    for line in file.read_text().splitlines():
+    out: list[dict[str, Any]] = []
+    for line in read_whole(file, "the rows kept there").split(b"\n"):
         try:
-            out.append(json.loads(line))
-        except ValueError:
+            entry = json_value(line, str(file))
+        except InputError:
             break
-    return out if out and _ABOUT in out[0] and all({"id", "found"} <= set(line) for line in out[1:]) else []
+        if not isinstance(entry, dict) or not (_is_row(entry) if out else _is_head(entry)):
+            break
+        out.append(entry)
+    return out
+
+
+def _is_head(entry: Mapping[str, Any]) -> bool:
+    return set(entry) == {_ABOUT} and isinstance(entry[_ABOUT], dict)
+
+
+def _is_row(entry: Mapping[str, Any]) -> bool:
+    return set(entry) == {"id", "found"} and isinstance(entry["id"], str)
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
     a, b = old[_ABOUT], new[_ABOUT]
-    key = next(k for k in (*b, *a) if a.get(k) != b.get(k))
+    key = next((k for k in (*b, *a) if (k in a, a.get(k)) != (k in b, b.get(k))), _ABOUT)
     return f"{key}: {json.dumps(a.get(key))}, now {json.dumps(b.get(key))}"

@@ -1,37 +1,27 @@
-"""Trials in processes of their own: as many as there are cores, none that ends the others, nothing done twice."""
+"""Trials in processes of their own, here or on a cluster: none ends the others, nothing is lost, nothing done twice."""
 
 from __future__ import annotations
 
 import json
+import os
 import tempfile
-import traceback
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from concurrent.futures.process import BrokenProcessPool
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
 from pathlib import Path
-from typing import Any, Protocol
-
-import joblib
-from joblib import Parallel, delayed
+from typing import Any
 
 from ichain_drake import rules
-from ichain_drake.errors import IchainError, InputError, WorkerLostError
+from ichain_drake.errors import InputError, WorkerLostError
+from ichain_drake.runs.clusters.backend import Backend
+from ichain_drake.runs.clusters.isolated import Job, TrialKilledError, die_with_parent, findings
+from ichain_drake.runs.clusters.local import LocalProcesses
+from ichain_drake.runs.clusters.workers import Say, WorkersGoneError
+from ichain_drake.runs.provenance import code_hash
 from ichain_drake.runs.row_file import RowFile
 
-Say = Callable[[str, float | None], None]
-
-
-class Job(Protocol):
-    """Trials that share preparation, and so a process; it is pickled on its way there."""
-
-    @property
-    def ids(self) -> Sequence[str]:
-        """Names of its findings: the same in every run of the evaluation, and no other job's."""
-
-    def run(self, ids: Collection[str]) -> Iterator[tuple[str, Any]]:
-        """Find what is asked for: id and plain data of each, as it is there."""
-
-    def failed(self, name: str, reason: str) -> Any:
-        """What is found for an id if the job raised before."""
+_LOSSES = 3
+"""Processes that may be killed one after another without anything found in between: then nothing more will be."""
 
 
 class EvaluationInterrupted(KeyboardInterrupt):
@@ -46,129 +36,127 @@ class EvaluationInterrupted(KeyboardInterrupt):
         self.found = found
 
 
-def usable_processes(asked: int, say: Say | None = None) -> int:
-    """How many processes work: as many as asked for, but no more than there are cores.
-
-    Args:
-        asked: by the user.
-        say: is told if it is fewer.
-
-    Raises:
-        InputError: on a number below 1.
-    """
-    if asked < 1:
-        raise InputError("--trials and --jobs: give numbers from 1")
-    cores = int(joblib.cpu_count())
-    if asked > cores and say is not None:
-        say(f"{cores} processes of the {asked} asked for: there are {cores} cores", None)
-    return min(asked, cores)
-
-
 def run_jobs(
     jobs: Sequence[Job],
-    processes: int = 1,
+    backend: Backend | None = None,
     rows: RowFile | None = None,
     say: Say | None = None,
     label: Callable[[str, int, int], str] | None = None,
+    timeout: float | None = None,
 ) -> list[Any]:
     """Run what is not in `rows` yet, and keep each finding there as it comes.
 
-    A job that raises gives findings with its reason (`Job.failed`). Rules that are switched off here are in the
-    processes too.
+    A trial that raises, crashes or takes too long gives a finding with its reason (`Job.failed`). What a killed process
+    had not finished is done again. Rules that are switched off here are in the processes too.
 
     Args:
         jobs: what to run; their order is that of the result, whoever is done first.
-        processes: that work at the same time, see `usable_processes`.
+        backend: who works, from `opened`; by default this process.
         rows: what is known, and where it is kept.
-        say: is told after each job, with the fraction done.
+        say: is told after each job, with what is left and the fraction done.
         label: words for that, from the id of its last finding, and how many jobs are done of how many.
+        timeout: of each trial [s].
 
     Returns:
         The findings of all jobs in order.
 
     Raises:
-        WorkerLostError: if a process was killed; what was finished is in `rows`.
-        KeyboardInterrupt: on Ctrl-C; the same.
+        WorkerLostError: if processes were killed again and again, or a cluster is gone; what was finished is in `rows`.
+        InputError: if a worker elsewhere has other code than this process.
+        KeyboardInterrupt: on Ctrl-C; what was finished is in `rows`.
     """
-    rows = rows or RowFile()
-    work = [(job, tuple(i for i in job.ids if i not in rows.found)) for job in jobs]
-    work = [(job, ids) for job, ids in work if ids]
-    done = len(jobs) - len(work)
-    if done and say:
-        say(f"{done} of {len(jobs)} were done before", done / len(jobs))
-    off = rules.switched_off()
-    with tempfile.TemporaryDirectory(prefix="ichain-", ignore_cleanup_errors=True) as name:
-        folder = Path(name)
-        pool = Parallel(n_jobs=min(usable_processes(processes, say), len(work) or 1), return_as="generator_unordered")
-        tasks = (delayed(_run)(job, ids, off, folder / str(k)) for k, (job, ids) in enumerate(work))
-        try:
-            for found in pool(tasks):
-                rows.add(found)
-                done += 1
-                if say:
-                    last, total = list(found)[-1], len(jobs)
-                    say(label(last, done, total) if label else f"{done} of {total}: {last}", done / total)
-        except BrokenProcessPool:
-            _rescue(folder, rows)
-            begun = [ids for k, (_, ids) in enumerate(work) if (folder / str(k)).exists()]
-            raise _lost([ids for ids in begun if not all(i in rows.found for i in ids)], rows) from None
-        except KeyboardInterrupt:
-            _rescue(folder, rows)
-            raise
+    backend, rows = backend or LocalProcesses(), rows or RowFile()
+    progress = _Progress(len(jobs), len(_left(jobs, rows)), say, label)
+    losses, kept = 0, len(rows.found)
+    with tempfile.TemporaryDirectory(prefix="ichain-", ignore_cleanup_errors=True) as folder:
+        while work := _left(jobs, rows):
+            try:
+                _attempt(work, backend, rows, progress, timeout, Path(tempfile.mkdtemp(dir=folder)))
+            except _LostError as lost:
+                losses, kept = (losses + 1 if len(rows.found) == kept else 1), len(rows.found)
+                if losses > _LOSSES:
+                    raise _worker_lost(lost, rows) from None
+                progress.tell(f"{lost}; going on with what is left")
     return rows.of(i for job in jobs for i in job.ids)
 
 
-def run_all(calls: Iterable[Any], processes: int, what: str) -> list[Any]:
-    """What calls give, in their order, with the same rules switched off; for preparations that are no trials.
+class _LostError(Exception):
+    """A process was killed.
 
-    Args:
-        calls: made by `joblib.delayed`.
-        processes: see `usable_processes`.
-        what: they do, for the error.
+    Attributes:
+        during: ids of what was begun and not finished, a group for each process; empty where nobody knows.
+    """
+
+    def __init__(self, message: str, during: Sequence[Sequence[str]]) -> None:
+        super().__init__(message)
+        self.during = during
+
+
+def _left(jobs: Sequence[Job], rows: RowFile) -> list[tuple[Job, tuple[str, ...]]]:
+    work = [(job, tuple(i for i in job.ids if i not in rows.found)) for job in jobs]
+    return [(job, ids) for job, ids in work if ids]
+
+
+def _attempt(
+    work: Sequence[tuple[Job, tuple[str, ...]]],
+    backend: Backend,
+    rows: RowFile,
+    progress: _Progress,
+    timeout: float | None,
+    folder: Path,
+) -> None:
+    """Do the work, as far as nobody is killed.
 
     Raises:
-        WorkerLostError: if a process was killed.
-        Exception: what a call raises.
+        _LostError: if somebody was; what others had finished is in `rows`.
     """
+    notes = [folder / str(k) if backend.shares_files else None for k in range(len(work))]
+    code = "" if backend.shares_files else code_hash()
+    off = rules.switched_off()
+    client = os.getpid()
+    given = [(job, ids, off, timeout, code, note, client) for (job, ids), note in zip(work, notes, strict=True)]
     try:
-        off = rules.switched_off()
-        return list(Parallel(n_jobs=usable_processes(processes))(delayed(_call)(off, *call) for call in calls))
-    except BrokenProcessPool:
-        raise WorkerLostError(f"a worker process was killed while {what} (out of memory?); begin anew") from None
+        with closing(backend.each(_run, given)) as results:  # type: ignore[type-var] # a generator, see there
+            for found in results:
+                rows.add({key: value for key, value in found.items() if key not in rows.found})
+                progress.one_done(list(found)[-1])
+    except (WorkersGoneError, TrialKilledError) as error:
+        _rescue(folder, rows)
+        begun = [ids for (_, ids), note in zip(work, notes, strict=True) if note is not None and note.exists()]
+        open_ids = [[i for i in ids if i not in rows.found] for ids in begun]
+        raise _LostError(str(error), [ids for ids in open_ids if ids]) from None
+    except BaseException:
+        _rescue(folder, rows)
+        raise
 
 
-def _call(off: frozenset[str], function: Callable[..., Any], given: tuple[Any, ...], named: dict[str, Any]) -> Any:
-    with rules.without(off):
-        return function(*given, **named)
-
-
-def _run(job: Job, ids: tuple[str, ...], off: frozenset[str], note: Path) -> dict[str, Any]:
-    """A job in its process; that it began and what it found is noted for a parent whose pool breaks meanwhile."""
-    note.touch()
+def _run(
+    job: Job,
+    ids: tuple[str, ...],
+    off: frozenset[str],
+    timeout: float | None,
+    code: str,
+    note: Path | None,
+    client: int,
+) -> dict[str, Any]:
+    """A job, at a worker; what it finds is noted for those who wait, should this process be killed."""
+    if code and code != code_hash():
+        raise InputError(
+            f"a worker has other code of ichain_drake ({code_hash()}, here {code}): install the same there"
+        )
+    if os.getppid() == client:
+        die_with_parent()  # else a killed evaluation's workers would go on to the end of their trials
     found: dict[str, Any] = {}
+    if note is not None:
+        note.touch()
     with rules.without(off):
-        try:
-            for key, value in job.run(ids):
-                found[key] = value
-        except Exception as error:  # whatever a trial raises is a finding about this trial
-            found |= {key: job.failed(key, reason_of(error)) for key in ids if key not in found}
-    whole = note.with_suffix(".json")
-    part = note.with_suffix(".part")
-    part.write_text(json.dumps(found))
-    part.replace(whole)
+        for key, value in findings(job, ids, timeout):
+            found[key] = value
+            if note is not None:
+                part = note.with_suffix(".part")
+                part.write_text(json.dumps(found))
+                part.replace(note.with_suffix(".json"))
     return found
-
-
-def _lost(running: Sequence[Sequence[str]], rows: RowFile) -> WorkerLostError:
-    """The error about a killed process: what ran in those that worked, and what is left of the evaluation."""
-    kept = f"{len(rows.found)} findings are kept"
-    left = f"{kept}; give --report, so that --resume can go on" if rows.file is None else (
-        f"{kept} in {rows.file}; go on with --resume"
-    )  # fmt: skip
-    names = [ids[0] if len(ids) == 1 else f"{ids[0]} (and {len(ids) - 1} more with it)" for ids in running]
-    return WorkerLostError(
-        f"a worker process was killed (out of memory?) during {' or '.join(names) or 'its start'}; {left}"
-    )
 
 
 def _rescue(folder: Path, rows: RowFile) -> None:
@@ -178,11 +166,81 @@ def _rescue(folder: Path, rows: RowFile) -> None:
         rows.add({key: value for key, value in found.items() if key not in rows.found})
 
 
-def reason_of(error: Exception) -> str:
-    """An error in one line; of one that this library did not raise on purpose also the place."""
-    text = " ".join(str(error).split())
-    if isinstance(error, IchainError):
-        return text
-    frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {text}{place}"
+def _worker_lost(lost: _LostError, rows: RowFile) -> WorkerLostError:
+    """The error about killed processes: what ran in them, and what is left of the evaluation."""
+    kept = f"{len(rows.found)} findings are kept"
+    left = f"{kept}; give --report, so that --resume can go on" if rows.file is None else (
+        f"{kept} in {rows.file}; go on with --resume"
+    )  # fmt: skip
+    names = [ids[0] if len(ids) == 1 else f"{ids[0]} (and {len(ids) - 1} more with it)" for ids in lost.during]
+    during = f" during {' or '.join(names)}" if names else ""
+    return WorkerLostError(f"{lost}{during}, {_LOSSES + 1} times; {left}")
+
+
+class _Progress:
+    """What is said after each job: how many are done, and how long the others will take.
+
+    Args:
+        total: number of jobs.
+        left: of them, those that are to be done.
+        say, label: see `run_jobs`.
+    """
+
+    def __init__(self, total: int, left: int, say: Say | None, label: Callable[[str, int, int], str] | None) -> None:
+        self._total, self._before, self._done = total, total - left, total - left
+        self._say, self._label, self._began = say, label, time.monotonic()
+        if self._before:
+            self.tell(f"{self._before} of {total} were done before")
+
+    def one_done(self, last: str) -> None:
+        """A job is finished; `last` is the id of its last finding."""
+        self._done += 1
+        done, total = self._done, self._total
+        line = self._label(last, done, total) if self._label else f"{done} of {total}: {last}"
+        each = (time.monotonic() - self._began) / (done - self._before)
+        self.tell(line if done == total else f"{line}; {about(each * (total - done))} left")
+
+    def tell(self, line: str) -> None:
+        """Say it, with the fraction done."""
+        if self._say is not None:
+            self._say(line, self._done / self._total)
+
+
+def about(seconds: float) -> str:
+    """A time that is still to come, in words.
+
+    Args:
+        seconds: how long [s].
+    """
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= 1.5 * size:
+            return f"about {seconds / size:.2g} {unit}"
+    return f"about {seconds:.0f} s"
+
+
+def run_all(calls: Iterable[Any], backend: Backend, what: str) -> list[Any]:
+    """What calls give, in their order, with the same rules switched off; for preparations that are no trials.
+
+    Args:
+        calls: made by `joblib.delayed`.
+        backend: who works, from `opened`.
+        what: they do, for the error.
+
+    Raises:
+        WorkerLostError: if a process was killed.
+        Exception: what a call raises.
+    """
+    off = rules.switched_off()
+    given = [(off, number, *call) for number, call in enumerate(calls)]
+    try:
+        found = dict(backend.each(_call, given))
+    except WorkersGoneError as gone:
+        raise WorkerLostError(f"{gone} while {what}; begin anew") from None
+    return [found[number] for number in range(len(given))]
+
+
+def _call(
+    off: frozenset[str], number: int, function: Callable[..., Any], given: tuple[Any, ...], named: dict[str, Any]
+) -> tuple[int, Any]:
+    with rules.without(off):
+        return number, function(*given, **named)

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from ichain_drake.errors import InputError
 from ichain_drake.files import write_whole
-from ichain_drake.runs.goals.output import write_graph_recording
 from ichain_drake.runs.goals.run import GraphRun
-from ichain_drake.runs.paths.output import write_recording
+from ichain_drake.runs.output import write_playback_of
 from ichain_drake.runs.paths.result import PathRun
 
 
@@ -55,10 +54,6 @@ def show(run: PathRun | GraphRun, height: int = 560) -> PlaybackPage:
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "playback.html"
-        if isinstance(run, PathRun):
-            write_recording(run, file)
-        else:
-            write_graph_recording(run, file)
-        if not file.exists():
+        if not write_playback_of(run, file):
             raise InputError(f"{run.scenario.name}: there is nothing to play yet; run it before it is shown")
         return PlaybackPage(file.read_text(encoding="utf-8"), height)

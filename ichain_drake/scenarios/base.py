@@ -15,14 +15,13 @@ from ichain_drake.control.tracking.path import PathLimits, TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.robot import Physics, models_path
+from ichain_drake.robot import ROBOT_PHYSICS, Physics, models_path
 from ichain_drake.scenarios.adjustable import Adjustable, noise_scale, path_shift, push
 from ichain_drake.scenarios.command_chart import CommandChart
 from ichain_drake.scenarios.config import ScenarioConfig, as_plain, load_config
 from ichain_drake.scenarios.given import declared
 from ichain_drake.scenarios.seats import Seat, place_seat
 from ichain_drake.settings import check_settings
-from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.visualization import Camera
 from ichain_drake.world.world import World
@@ -48,6 +47,9 @@ class Scenario(ABC):
     config_file: ClassVar[Path | None] = None
     """YAML of a scenario that is no part of this package; without one, its settings are the defaults of its class."""
 
+    physics_kinds: ClassVar[tuple[Physics, ...]] = ROBOT_PHYSICS
+    """Physics that it can run in."""
+
     faults: ClassVar[tuple[str, ...]] = ("none",)
     features: ClassVar[tuple[str, ...]] = ()
 
@@ -55,8 +57,10 @@ class Scenario(ABC):
     graph: InteractionGraph
 
     def __init__(self, overrides: str | Sequence[str] = (), physics: Physics = "contact", seed: int = 0) -> None:
-        if physics not in ("ideal", "arm", "contact"):
-            raise InputError(f"physics {physics!r}: choose ideal, arm or contact")
+        if physics not in self.physics_kinds:
+            *others, last = self.physics_kinds
+            choice = f"{', '.join(others)} or {last}" if others else last
+            raise InputError(f"physics {physics!r}: choose {choice}")
         if seed < 0:
             raise InputError(f"seed {seed}: give a whole number from 0")
         self.physics = physics
@@ -112,6 +116,18 @@ class Scenario(ABC):
     @abstractmethod
     def drawings(self) -> Mapping[str, Any]:
         """How objects look in a playback, by name (see `visualization.Drawing`)."""
+
+    def start_world(self, path: str | TimedPath = "", run: int = 0) -> World:
+        """A world whose default context is the start of a run; see `build_world`.
+
+        Args:
+            path: that the last object starts on, or its name, where there are paths.
+            run: number of the run.
+
+        Raises:
+            InputError: if it has neither paths nor a goal, or not this path.
+        """
+        raise InputError(f"{self.name} has neither paths nor a goal; build its world from its graph and objects")
 
     def drawn_plant(self) -> Diagram | None:
         """A diagram with the plant whose positions are logged; None where there is none."""
@@ -172,17 +188,30 @@ class PathScenario(Scenario):
         """How paths are followed."""
 
     @abstractmethod
-    def make_world(self, path: TimedPath, run: int) -> tuple[World, Prepare]:
-        """A world for one run.
+    def make_world(self, path: TimedPath, run: int) -> World:
+        """A world for one run; its default context is the start.
 
         Args:
             path: the path that the last object starts on.
             run: number of the run; keys its noise.
         """
 
-    @abstractmethod
-    def robot_seconds(self) -> Mapping[str, float]:
-        """Simulated robot time that recording took for each interaction [s]."""
+    def timed_path(self, name: str) -> TimedPath:
+        """A reference path as it is followed.
+
+        Raises:
+            InputError: if there is none of that name.
+        """
+        paths = self.reference_paths()
+        if name not in paths:
+            raise InputError(f"{self.name} has no path {name!r}; it has {', '.join(paths)}")
+        return TimedPath(paths[name], self.path_limits())
+
+    def start_world(self, path: str | TimedPath = "", run: int = 0) -> World:
+        """On a path, the first of the reference paths by default."""
+        if isinstance(path, str):
+            path = self.timed_path(path or next(iter(self.reference_paths())))
+        return self.make_world(path, run)
 
     @abstractmethod
     def monolithic_demonstration(self, count: int) -> Demonstration:

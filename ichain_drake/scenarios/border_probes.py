@@ -41,7 +41,7 @@ class BorderProbes(ABC):
     def __init__(self, scenario: Appliance[Any]) -> None:
         self.scenario, self.graph, self.camera = scenario, scenario.graph, scenario.camera()
         # The rules are those of `ideal`; `arm` has the same, and in `contact` only some edges are asked about.
-        world, _ = scenario.build_world(scenario.start(0), 0, "ideal")
+        world = scenario.build_world(scenario.start(0), 0, "ideal")
         self.objects: dict[str, WorldObject] = {n: world.system(n) for n in self.graph.objects if n != self.graph.root}
         hand = scenario.config.robot.hand
         self.hand = self.graph.root

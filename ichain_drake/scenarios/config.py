@@ -12,6 +12,7 @@ from pydrake.common.yaml import yaml_load_typed
 from ichain_drake.control.tracking.chain import METHODS, ControlCandidates
 from ichain_drake.control.tracking.path import PathLimits
 from ichain_drake.errors import InputError
+from ichain_drake.files import read_whole
 from ichain_drake.learning.chain.chain import LinkCandidates
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.robot import RobotSpec
@@ -208,9 +209,10 @@ def load_config(schema: type[ConfigT], file: Path | None, overrides: str | Seque
         InputError: on a file that can't be read, malformed YAML, or an unknown key, with close ones.
     """
     try:
-        data = {} if file is None else read_yaml(file.read_text(encoding="utf-8"), str(file)) or {}
-    except (OSError, UnicodeDecodeError) as error:
+        text = "" if file is None else read_whole(file, "the scenario").decode()
+    except UnicodeDecodeError as error:
         raise InputError(f"{file}: can't read the scenario: {one_line(error)}") from None
+    data = read_yaml(text, str(file)) or {}
     if not isinstance(data, dict):
         raise InputError(f"{file}: a scenario is a mapping of sections")
     config = _typed(schema, data, str(file or schema.__name__))

@@ -12,7 +12,6 @@ from ichain_drake.graph import InteractionGraph
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.config import ScenarioConfig
-from ichain_drake.simulation.episode import Prepare
 from ichain_drake.visualization import Camera
 from ichain_drake.world.world import World
 
@@ -26,7 +25,7 @@ class GoalScenario(Protocol):
     config: ScenarioConfig
     graph: InteractionGraph
 
-    def make_world(self, run: int) -> tuple[World, Prepare]: ...  # noqa: D102
+    def make_world(self, run: int) -> World: ...  # noqa: D102
     def record_demonstrations(self, progress: Progress | None = None, known: Collection[str] = ()) -> Any: ...  # noqa: D102
     def drawings(self) -> Mapping[str, Any]: ...  # noqa: D102
     def drawn_plant(self) -> Diagram | None: ...  # noqa: D102

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic
 
 import numpy as np
-from pydrake.systems.framework import Context, Diagram
+from pydrake.systems.framework import Diagram
 
 from ichain_drake.control.execution.course import Motion
+from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import WorldObject
@@ -25,14 +26,16 @@ from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece, StartT
 from ichain_drake.scenarios.seats import Seat, hand_seat
 from ichain_drake.simulation.commands import Commands
-from ichain_drake.simulation.episode import Prepare
 from ichain_drake.simulation.recorder import record
 from ichain_drake.state import FloatArray
 from ichain_drake.visualization import HandDrawing
 from ichain_drake.world.world import World
 
 _RUNS_PER_SEED = 1000
-_FIRST_DEMONSTRATION = 900  # runs of an evaluation are below: the script's noise is never theirs
+FIRST_DEMONSTRATION = 900
+"""Number of the run in which a script's first piece is recorded. Runs of an evaluation are below: the script's noise is
+never theirs."""
+
 _STARTS, _FAULTS = 0, 1  # purposes of random numbers
 _OPEN = 0.08  # m between the fingers of a hand that is drawn open
 
@@ -159,27 +162,28 @@ class GraphScenario(Scenario, Generic[StartT]):
         """What the configured fault does in a run."""
         return draw_faults(self.config.fault, np.random.default_rng([self.seed, _FAULTS, run]))
 
-    def make_world(self, run: int) -> tuple[World, Prepare]:
-        """The world of a run, with the fault that the configuration asks for.
+    def make_world(self, run: int) -> World:
+        """The world of a run, with the fault that the configuration asks for; its default context is the start.
 
         Args:
             run: number of the run; keys its start, noise and faults.
         """
         return self.build_world(self.start(run), run, faulty=True)
 
-    def build_world(
-        self, start: StartT, run: int, physics: Physics | None = None, *, faulty: bool = False
-    ) -> tuple[World, Prepare]:
-        """A world in any start state.
+    def start_world(self, path: str | TimedPath = "", run: int = 0) -> World:
+        """As `make_world`; it has no paths."""
+        if path:
+            raise InputError(f"{self.name} has no paths; leave path {path!r} out")
+        return self.make_world(run)
+
+    def build_world(self, start: StartT, run: int, physics: Physics | None = None, *, faulty: bool = False) -> World:
+        """A world whose default context is any start state.
 
         Args:
             start: state that it starts from.
             run: keys noise and faults.
             physics: in place of the scenario's.
             faulty: whether the configured fault happens.
-
-        Returns:
-            The world, and what puts its hand where it starts.
 
         Raises:
             InputError: in `contact`, if no object has a body to touch.
@@ -189,17 +193,11 @@ class GraphScenario(Scenario, Generic[StartT]):
         bodies = self.bodies(start, faults)
         if physics == "contact" and not bodies:
             raise InputError(f"{self.name}: no object has a body that a hand could touch; choose ideal or arm")
-        robot = build_robot(self._robot_spec(), physics, bodies, seed)
+        robot = build_robot(self._robot_spec(), physics, bodies, seed, start=self.start_hand(start))
         touched = bodies if isinstance(robot, ArmRobot) and physics == "contact" else {}
         sizes = {name: robot.body_size(name) for name in touched}  # type: ignore[union-attr] # an ArmRobot
         make = ObjectMaker(self.graph, seed, self.config.noise.scale, sizes, faults)
-        world = World(self.graph, robot, dict(self.make_objects(start, make)))
-        hand = self.start_hand(start)
-
-        def prepare(context: Context) -> None:
-            robot.set_hand(context, hand)
-
-        return world, prepare
+        return World(self.graph, robot, dict(self.make_objects(start, make)))
 
     def _robot_spec(self) -> RobotSpec:
         """The robot with its sensor noise at this run's scale."""
@@ -229,15 +227,15 @@ class GraphScenario(Scenario, Generic[StartT]):
             ticks = len(piece.commands)
             if progress:
                 progress(f"{piece.name}: {ticks} ticks ({self.physics})")
-            world, prepare = self.build_world(piece.start, _FIRST_DEMONSTRATION + number)
+            world = self.build_world(piece.start, FIRST_DEMONSTRATION + number)
             names = tuple(self.graph.objects)
-            yield record(world, prepare, Commands(piece.commands), ticks, names, piece.name)
+            yield record(world, Commands(piece.commands), ticks, names, piece.name)
 
     def drawn_plant(self) -> Diagram | None:
         """The arm and what stands there; None in `ideal`."""
         if self.physics == "ideal":
             return None
-        world, _ = self.build_world(self.start(0), 0)
+        world = self.build_world(self.start(0), 0)
         return world.robot if isinstance(world.robot, Diagram) else None
 
     def seats(self) -> Mapping[str, Seat]:

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 from PIL import Image
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.systems.framework import Context, Diagram, LeafSystem
+from pydrake.systems.framework import Diagram, LeafSystem
 
 from ichain_drake.control.tracking.path import PathLimits, TimedPath
 from ichain_drake.demonstrations.table import Demonstration
@@ -27,10 +27,8 @@ from ichain_drake.robot.hand import FRAME as HAND_FRAME
 from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.scenarios.held_control_config import HeldControlConfig
 from ichain_drake.scenarios.seats import PlaceSeat, Seat
-from ichain_drake.simulation.episode import Prepare
 from ichain_drake.simulation.recorder import record
 from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.timing import TICK
 from ichain_drake.visualization import Axis, Drawing, GameScreen, HandDrawing
 from ichain_drake.visualization.sprites import car_sprite
 from ichain_drake.world.world import World
@@ -205,10 +203,6 @@ class HeldControl(PathScenario):
         """From the configuration."""
         return self.config.path.limits()
 
-    def robot_seconds(self) -> Mapping[str, float]:
-        """The hand's play takes the robot's time; watching a person drive does not (paper sec. I)."""
-        return {f"{HAND}->{self.control}": self.config.learning.samples * TICK, f"{self.control}->{self.target}": 0.0}
-
     def drawings(self) -> Mapping[str, Any]:
         """A screen behind the table; hand and control too where no plant shows them."""
         drawings: dict[str, Any] = {self.target: self.make_screen(_SCREEN)}
@@ -223,7 +217,7 @@ class HeldControl(PathScenario):
         """The arm, and in `contact` the control."""
         if self.physics == "ideal":
             return None
-        world, _ = self.idle_world(0)
+        world = self.idle_world(0)
         return world.robot if isinstance(world.robot, Diagram) else None
 
     def seats(self) -> Mapping[str, Seat]:
@@ -241,7 +235,7 @@ class HeldControl(PathScenario):
         )
         return {self.control: seat, **super().seats()}
 
-    def make_world(self, path: TimedPath, run: int) -> tuple[World, Prepare]:
+    def make_world(self, path: TimedPath, run: int) -> World:
         """On the path's first point, along it, at its nominal speed; the control as configured."""
         rng = np.random.default_rng([self.seed, run, _TARGET_ID])
         start = path.points[0] + self.start_spread * rng.standard_normal(2) * min(1.0, self.config.noise.scale)
@@ -254,14 +248,14 @@ class HeldControl(PathScenario):
         """What is driven in the middle of the plane, shape (n_variables,)."""
         return self.state_at(np.array(self.size) / 2, *self.idle_start, np.zeros(2))
 
-    def idle_world(self, run: int, physics: Physics | None = None) -> tuple[World, Prepare]:
+    def idle_world(self, run: int, physics: Physics | None = None) -> World:
         """A world in that state, the control in its middle; arguments as `build_world`."""
         return self.build_world(self.idle_state(), np.zeros(2), run, physics)
 
     def build_world(
         self, state: FloatArray, setting: FloatArray | list[float], run: int, physics: Physics | None = None
-    ) -> tuple[World, Prepare]:
-        """A world in any start state.
+    ) -> World:
+        """A world whose default context is any start state.
 
         Args:
             state: of what is driven, shape (n_variables,).
@@ -272,7 +266,8 @@ class HeldControl(PathScenario):
         physics = physics or self.physics
         setting = np.asarray(setting, dtype=float)
         seed, scale = self.seed * _RUNS_PER_SEED + run, self.config.noise.scale
-        robot = build_robot(self.config.robot, physics, {self.control: self.make_body(setting)}, seed, _HAND_ID)
+        hand = self.config.robot.hand.full(self.hand_for_setting(setting))
+        robot = build_robot(self.config.robot, physics, {self.control: self.make_body(setting)}, seed, _HAND_ID, hand)
         size = robot.body_size(self.control) if isinstance(robot, ArmRobot) and physics == "contact" else 0
         objects = {
             self.control: self.make_control(setting, ObjectSettings(_CONTROL_ID, seed, scale, body_size=size)),
@@ -280,13 +275,7 @@ class HeldControl(PathScenario):
                 state, ObjectSettings(_TARGET_ID, seed, scale, reading_scale=self.config.noise.vehicle)
             ),
         }
-        world = World(self.graph, robot, objects)
-        hand = self.config.robot.hand.full(self.hand_for_setting(setting))
-
-        def prepare(context: Context) -> None:
-            robot.set_hand(context, hand)
-
-        return world, prepare
+        return World(self.graph, robot, objects)
 
     def record_demonstrations(
         self, progress: Progress | None = None, known: Collection[str] = ()
@@ -314,7 +303,7 @@ class HeldControl(PathScenario):
         One more than asked for: in the first tick the grasp is not yet known to hold.
         """
         count += 1
-        return record(*self.idle_world(_PLAY), self.make_player(count), count, (HAND, self.control), "play")
+        return record(self.idle_world(_PLAY), self.make_player(count), count, (HAND, self.control), "play")
 
     def record_drive(
         self, count: int, physics: Physics | None = None, objects: tuple[str, ...] = (), run: int = _DRIVE
@@ -329,9 +318,9 @@ class HeldControl(PathScenario):
         """
         setting = np.zeros(2)
         start = self.state_at(np.array(self.size) / 2, *(self.drive_start or self.idle_start), setting)
-        world, prepare = self.build_world(start, setting, run, physics)
+        world = self.build_world(start, setting, run, physics)
         driver = self.make_driver(count, run)
-        return record(world, prepare, driver, count, objects or tuple(self.graph.objects), "drive")
+        return record(world, driver, count, objects or tuple(self.graph.objects), "drive")
 
     def monolithic_demonstration(self, count: int) -> Demonstration:
         """The driver again, but with the robot's hand, in this scenario's physics."""

@@ -12,7 +12,6 @@ from pydrake.systems.framework import Diagram
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.simulation.episode import Prepare
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME
 from ichain_drake.visualization import Axis, Camera, PageButton
@@ -37,7 +36,7 @@ class Seat(ABC):
     """
 
     name: str
-    world: Callable[[int], tuple[World, Prepare]]
+    world: Callable[[int], World]
     drawings: Callable[[], Mapping[str, Any]]
     plant: Callable[[], Diagram | None]
     objects: tuple[str, ...]
@@ -138,7 +137,7 @@ def _axis(name: str, space: StateSpace, index: int) -> Axis:
     return Axis(name, *known[role.axis])
 
 
-def hand_seat(scenario: Drivable, world: Callable[[int], tuple[World, Prepare]]) -> HandSeat:
+def hand_seat(scenario: Drivable, world: Callable[[int], World]) -> HandSeat:
     """The hand itself, variable by variable, in the scenario's physics.
 
     Args:
@@ -162,7 +161,7 @@ def hand_seat(scenario: Drivable, world: Callable[[int], tuple[World, Prepare]])
 
 def place_seat(
     scenario: Drivable,
-    world: Callable[[int], tuple[World, Prepare]],
+    world: Callable[[int], World],
     lower: FloatArray,
     upper: FloatArray,
     command_at: Callable[[FloatArray], FloatArray] = np.asarray,

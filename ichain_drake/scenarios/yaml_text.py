@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from typing import Any
 
 import yaml
 
 from ichain_drake.errors import InputError
 
-_MOST_CHARACTERS = 10**6
-_MOST_VALUES = 10**5
+_MOST_CHARACTERS = 10**5  # half a second of reading; the largest scenario of this package has 2 * 10**3
+_MOST_VALUES = 2 * 10**4
 """Of a file with its aliases written out; the largest scenario of this package has some hundred."""
 
 
@@ -28,27 +27,33 @@ def read_yaml(text: str, where: str) -> Any:
     if len(text) > _MOST_CHARACTERS:
         raise InputError(f"{where}: {len(text)} characters are no settings; give at most {_MOST_CHARACTERS}")
     try:
-        value = yaml.safe_load(text)
-        count = _count(value)
+        loader = yaml.SafeLoader(text)
+        try:
+            node = loader.get_single_node()
+            # Before values are made of it: mappings that are merged into each other are written out then.
+            count = _count(node)
+            value = loader.construct_document(node) if node is not None and count <= _MOST_VALUES else None
+        finally:
+            loader.dispose()
     except RecursionError:
         raise InputError(f"{where}: malformed value: it is nested too deeply") from None
-    except (yaml.YAMLError, ValueError, OverflowError) as error:  # dates and numbers that can't be
+    except Exception as error:  # dates and numbers that can't be come out as errors of any kind
         raise InputError(f"{where}: malformed value: {one_line(error)[:300]}") from None
     if count > _MOST_VALUES:
         raise InputError(f"{where}: malformed value: with its aliases written out it has over {_MOST_VALUES} values")
     return value
 
 
-def _count(value: Any) -> int:
+def _count(root: yaml.Node | None) -> int:
     """How many values there are with aliases written out, up to a little over the most that are allowed."""
-    count, left = 0, [value]
+    count, left = 0, [root]
     while left and count <= _MOST_VALUES:
         node = left.pop()
         count += 1
-        if isinstance(node, Mapping):
-            left += [*node.keys(), *node.values()]
-        elif isinstance(node, list | tuple | set):
-            left += list(node)
+        if isinstance(node, yaml.MappingNode):
+            left += [part for pair in node.value for part in pair]
+        elif isinstance(node, yaml.SequenceNode):
+            left += node.value
     return count
 
 

@@ -7,23 +7,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput
 
 from ichain_drake.control.tracking.arrival import Arrival
-from ichain_drake.control.tracking.path import TimedPath
-from ichain_drake.control.tracking.systems import Controller, PathFollower
+from ichain_drake.control.tracking.systems import PathController, PathFollower
 from ichain_drake.simulation.interruption import deferred_interrupt
+from ichain_drake.simulation.path_watch import PathWatch
 from ichain_drake.simulation.watching import Watcher, present_watcher
+from ichain_drake.simulation.wiring import wire
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
 
-_SEARCH_TICKS = 4.0
-_LOST_TICKS = 12.0  # a run is given up this many ticks of nominal speed away from its path
-
-Prepare = Callable[[Context], None]
-"""Puts a world's systems into their start states, given the root context."""
+_DOING = ("progress", "wanted", "mode", "edge", "skill", "plan_step")  # ports of commanders
 
 
 @dataclass(frozen=True)
@@ -65,67 +62,43 @@ class Episode:
     """A world with whatever sends its hand commands, wired, logged and ready to run.
 
     Args:
-        world: the world.
-        commander: a system with an output port `hand_command`; its input ports named after objects are connected to
-            their `measured` (or to `state`, for those in `truth`).
-        prepare: puts the world into its start state.
-        path: if given, a follower is added and feeds the commander's `target`.
-        followed: name of the object that follows the path.
-        targets: indices of its two position variables.
+        world: the world; its default context is where the episode starts.
+        commander: see `wire`.
         truth: names of objects whose full state the commander reads; only an oracle does.
-        lookahead: ticks of wanted positions.
         log: whether to log; a benchmark may do without.
     """
 
-    def __init__(
-        self,
-        world: World,
-        commander: LeafSystem,
-        prepare: Prepare,
-        path: TimedPath | None = None,
-        followed: str = "",
-        targets: tuple[int, ...] = (),
-        truth: tuple[str, ...] = (),
-        lookahead: int = 1,
-        *,
-        log: bool = True,
-    ) -> None:
+    def __init__(self, world: World, commander: System, truth: tuple[str, ...] = (), *, log: bool = True) -> None:
         self.world = world
-        self.path, self.followed = path, followed
+        self.commander = commander
+        self.path = None if self.follower is None else self.follower.path  # as it was at first: a person may move it
         self._seen_by: Watcher[Episode] | None = None
         builder = DiagramBuilder()
         builder.AddSystem(world)
         builder.AddSystem(commander)
-        for name in world.graph.objects:
-            if commander.HasInputPort(name):
-                port = "state" if name in truth else "measured"
-                builder.Connect(world.GetOutputPort(f"{name}.{port}"), commander.GetInputPort(name))
-        builder.Connect(commander.GetOutputPort("hand_command"), world.GetInputPort("hand_command"))
-        self.follower: PathFollower | None = None
-        if path is not None:
-            space = world.graph.objects[followed].observable
-            self.follower = builder.AddSystem(PathFollower(path, space, targets, lookahead))
-            builder.Connect(world.GetOutputPort(f"{followed}.measured"), self.follower.GetInputPort("measured"))
-            builder.Connect(self.follower.GetOutputPort("target"), commander.GetInputPort("target"))
-        self._sinks = self._add_logs(builder, commander) if log else {}
+        wire(builder, world, commander, truth)
+        self._sinks = self._add_logs(builder) if log else {}
         self.diagram: Diagram = builder.Build()
         self.simulator = Simulator(self.diagram)
         self.context = self.simulator.get_mutable_context()
-        prepare(self.context)
         self.simulator.Initialize()
 
-    def _add_logs(self, builder: DiagramBuilder, commander: LeafSystem) -> dict[str, LeafSystem]:
-        ports: dict[str, OutputPort] = {"command": commander.GetOutputPort("hand_command")}
+    @property
+    def follower(self) -> PathFollower | None:
+        """What follows the path; None where there is none."""
+        return self.commander.follower if isinstance(self.commander, PathController) else None
+
+    def _add_logs(self, builder: DiagramBuilder) -> dict[str, LeafSystem]:
+        ports: dict[str, OutputPort] = {"command": self.commander.GetOutputPort("hand_command")}
         for name in self.world.graph.objects:
             for port in ("state", "measured", "active"):
                 if self.world.HasOutputPort(f"{name}.{port}"):
                     ports[f"{name}.{port}"] = self.world.GetOutputPort(f"{name}.{port}")
         if self.world.HasOutputPort("plant_positions"):
             ports["plant_positions"] = self.world.GetOutputPort("plant_positions")
-        if self.follower is not None:
-            ports["progress"] = self.follower.GetOutputPort("progress")
-        if commander.HasOutputPort("wanted"):
-            ports["wanted"] = commander.GetOutputPort("wanted")
+        for port in _DOING:
+            if self.commander.HasOutputPort(port):
+                ports[port] = self.commander.GetOutputPort(port)
         return {key: LogVectorOutput(port, builder, FRAME) for key, port in ports.items() if port.size()}
 
     def run(self, ticks: int, stop: Callable[[Episode], bool] | None = None) -> bool:
@@ -190,19 +163,11 @@ class Episode:
             {n: rows[f"{n}.active"] for n in names if f"{n}.active" in rows},
             rows["command"],
             rows.get("plant_positions"),
-            {key: rows[key] for key in ("progress", "wanted") if key in rows},
+            {key: rows[key] for key in _DOING if key in rows},
         )
 
 
-def follow_path(
-    world: World,
-    controller: Controller,
-    prepare: Prepare,
-    path: TimedPath,
-    followed: str,
-    targets: tuple[int, ...],
-    truth: tuple[str, ...] = (),
-) -> tuple[EpisodeLog, Arrival]:
+def follow_path(world: World, commander: PathController, truth: tuple[str, ...] = ()) -> tuple[EpisodeLog, Arrival]:
     """Run one path to its end, or until it is clear that the end will not be reached.
 
     Returns:
@@ -211,27 +176,21 @@ def follow_path(
     Raises:
         EpisodeInterrupted: on Ctrl-C, with the log up to then.
     """
-    episode = Episode(world, controller, prepare, path, followed, targets, truth, controller.policy.lookahead)
-    allowed = int(np.ceil((1.6 * path.time[-1] + 5.0) / TICK))
-    lost = _LOST_TICKS * path.limits.speed * TICK
+    follower, followed, targets = commander.follower, commander.followed, commander.targets
+    path = follower.path
+    episode = Episode(world, commander, truth)
     space = world.graph.objects[followed]
     true_targets = space.indices([space.observable.names[k] for k in targets])
-    arrival = Arrival(path)
+    watch = PathWatch(path)
 
     def over(running: Episode) -> bool:
         position = running.value(followed)[list(targets)]
-        follower = running.follower
-        if follower is None:
-            return True
         last = int(follower.GetOutputPort("progress").Eval(follower.GetMyContextFromRoot(running.context))[0])
         present = follower.path  # a person may have moved it
-        reached = present.advance(position, last, _SEARCH_TICKS * TICK)
-        arrival.see(running.recent(followed)[:, true_targets], present, reached)
-        gone = bool(np.linalg.norm(present.points[reached] - position) > lost)
-        return arrival.arrived or arrival.past or gone
+        return watch.see(position, running.recent(followed)[:, true_targets], present, last)
 
     try:
-        episode.run(allowed, over)
+        episode.run(watch.allowed, over)
     except KeyboardInterrupt:
         raise EpisodeInterrupted(episode.log()) from None
-    return episode.log(), arrival
+    return episode.log(), watch.arrival

@@ -11,7 +11,7 @@ from pydrake.systems.framework import LeafSystem
 from ichain_drake.demonstrations.columns import COMMAND, TIME, column
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.simulation.episode import Episode, EpisodeLog, Prepare
+from ichain_drake.simulation.episode import Episode, EpisodeLog
 from ichain_drake.simulation.interruption import deferred_interrupt
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK, TICK
@@ -57,7 +57,6 @@ def part_of(log: EpisodeLog, first: int, end: int) -> EpisodeLog:
 
 def record(
     world: World,
-    prepare: Prepare,
     commander: LeafSystem,
     ticks: int,
     objects: Sequence[str],
@@ -66,8 +65,7 @@ def record(
     """Run a world under a demonstrator and tabulate what was measured at each tick.
 
     Args:
-        world: the world.
-        prepare: puts it into its start state.
+        world: the world; its default context is where the piece starts.
         commander: sends hand commands.
         ticks: transitions to record.
         objects: whose measurements go into the table; commands are recorded if the robot is among them.
@@ -79,7 +77,7 @@ def record(
     Raises:
         RecordingInterrupted: on Ctrl-C, with what was recorded up to then.
     """
-    episode = Episode(world, commander, prepare)
+    episode = Episode(world, commander)
     try:
         with deferred_interrupt() as pressed:
             episode.run(ticks, lambda _: pressed())

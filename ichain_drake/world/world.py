@@ -18,7 +18,8 @@ class World(Diagram):
     input port of the parent's name. An object with a body is also connected to the robot's plant.
 
     Ports: input `hand_command`; outputs `<object>.state`, `<object>.measured`, `<object>.valid` for every object and
-    the robot, `<object>.active` for every object.
+    the robot, `<object>.active` for every object; of a robot with a plant also `plant_positions`, and `query`, which a
+    visualizer takes.
 
     Args:
         graph: the interaction graph.
@@ -63,8 +64,8 @@ class World(Diagram):
             for port in ("state", "measured", "valid", "active"):
                 if self.system(name).HasOutputPort(port):
                     builder.ExportOutput(self.system(name).GetOutputPort(port), f"{name}.{port}")
-        if robot.HasOutputPort("plant_positions"):
-            builder.ExportOutput(robot.GetOutputPort("plant_positions"), "plant_positions")
+        for port in [p for p in ("plant_positions", "query") if robot.HasOutputPort(p)]:
+            builder.ExportOutput(robot.GetOutputPort(port), port)
         builder.BuildInto(self)
         self.set_name("world")
 

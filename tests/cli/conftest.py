@@ -44,7 +44,7 @@ def ichain(capfd: pytest.CaptureFixture[str]) -> Ichain:
     return call
 
 
-SMALL = ("--physics", "ideal", "--set", "learning.samples=120", "--no-oracle")
+SMALL = ("--physics", "ideal", "--set", "learning.samples=120")
 
 
 @pytest.fixture

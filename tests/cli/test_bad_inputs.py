@@ -307,7 +307,34 @@ def link(rng: random.Random, folder: Path) -> list[str]:
     ]
 
 
+def looked_at(rng: random.Random, folder: Path) -> list[str]:
+    pieces = folder / word(rng)
+    if rng.random() < 0.8:
+        pieces.mkdir()
+        for _ in range(rng.randint(0, 3)):
+            (pieces / f"{word(rng)}{rng.choice(['.csv', '.parquet', '.csv.gz', '.npz'])}").write_bytes(garbage(rng))
+    more = rng.choice([[], [], ["--system", word(rng)], ["--page", str(folder / "a.txt")], ["--report", str(folder)]])
+    return ["check", str(pieces), *more]
+
+
+def report(rng: random.Random, folder: Path) -> list[str]:
+    file = folder / word(rng)
+    file.write_bytes(garbage(rng))
+    return rng.choice(
+        [
+            ["scoreboard", "--against", str(file)],
+            ["scoreboard", "--against", str(folder)],
+            ["scoreboard", "--jobs", "0"],
+            ["scoreboard", "--also", noise(rng).lstrip("-") or "x"],
+            ["benchmarks", "--report", str(folder)],
+            ["benchmarks", "--report", str(file / "inside")],
+        ]
+    )
+
+
 MAKERS: tuple[Maker, ...] = (
+    looked_at,
+    report,
     unknown_scenario,
     scenario_file,
     setting,

@@ -23,9 +23,9 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder, scenario = tmp_path_factory.mktemp("good"), WaterDispenser((), "ideal")
     for piece in script_pieces(np.random.default_rng(0)):
         if piece.name in SHOWN:
-            world, prepare = scenario.build_world(piece.start, 900)
+            world = scenario.build_world(piece.start, 900)
             commands = Commands(piece.commands)
-            shown = record(world, prepare, commands, len(piece.commands), list(scenario.graph.objects), piece.name)
+            shown = record(world, commands, len(piece.commands), list(scenario.graph.objects), piece.name)
             write_demonstration(shown, folder / f"{piece.name}.csv")
     return folder
 

@@ -10,8 +10,9 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import ichain_drake as ic
+from ichain_drake.control.planning.skills import Skills
 from ichain_drake.demonstrations import write_demonstrations
-from ichain_drake.runs.goals.library import load_knowledge
+from ichain_drake.learning.library import load_graph
 from ichain_drake.systems import SCENARIOS
 
 GOAL = ["0.55 <= lamp.light <= 0.65", "not hand->dimmer"]
@@ -64,10 +65,10 @@ def demos(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def library(demos, tmp_path_factory) -> Path:
-    from ichain_drake.cli.graph import learn_graph_library
+    from ichain_drake.cli.run import learn_library
 
     folder = tmp_path_factory.mktemp("library") / "of lamps"
-    learn_graph_library(DrawnLamp(), demos, folder)
+    learn_library(DrawnLamp(), demos, folder)
     return folder
 
 
@@ -78,8 +79,8 @@ def test_learn_writes_a_library_that_can_be_looked_at(ichain, demos, library, tm
     lines = said.out.splitlines()
     assert [line.split(":")[0] for line in lines] == ["hand->dimmer", "hand->switch", "dimmer->lamp", "switch->lamp"]
     assert "changes x" in lines[0]
-    learned = load_knowledge(tmp_path / "again", "lamp", DrawnLamp.graph)
-    used = {e.regression.estimator for edge in learned.model.edges.values() for e in edge.effects}
+    learned = load_graph(tmp_path / "again", "lamp", DrawnLamp.graph)
+    used = {e.regression.estimator for edge in learned.edges.values() for e in edge.effects}
     assert used == {"polynomial(degree=1, clip=None)", "as declared"}
     listed = ichain("library", "list", "--library", library)
     assert (listed.status, "graph.lamp" in listed.out, "4 interactions" in listed.out) == (0, True, True)
@@ -126,10 +127,10 @@ def test_a_run_from_the_library_only_differs_in_its_source(ichain, demos, librar
 def test_a_designers_skills_are_given_anew(library):
     edge = DrawnLamp.graph.interactions[0]
     own = {(edge, True): lambda states, attempt: states["hand"][None]}
-    skills = load_knowledge(library, "lamp", DrawnLamp.graph, own).skills
+    skills = Skills.of(load_graph(library, "lamp", DrawnLamp.graph), own)
     assert skills.own == own
     assert len(skills.activations[edge]) >= 3
-    assert load_knowledge(library, "lantern", DrawnLamp.graph) is None
+    assert load_graph(library, "lantern", DrawnLamp.graph) is None
 
 
 def test_a_library_that_holds_nothing_is_refused_before_anything_is_learned(ichain, demos, tmp_path):

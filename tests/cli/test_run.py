@@ -41,7 +41,7 @@ def test_metrics_are_there_by_path_and_flat_when_there_is_one(ran):
     assert {k: metrics[k] for k in FLAT} == metrics["paths"]["bend"]
     assert 0.2 < metrics["mean_error_px"] < 2.0
     assert metrics["unit"] == "px"
-    assert (metrics["oracle_error_px"], metrics["oracle_reason"]) == (None, "the oracle was not run")  # --no-oracle
+    assert (metrics["oracle_error_px"], metrics["oracle_reason"]) == (None, "the oracle was not run")
 
 
 def test_metrics_of_two_paths_are_not_flat(ichain, small, tmp_path):
@@ -53,10 +53,10 @@ def test_metrics_of_two_paths_are_not_flat(ichain, small, tmp_path):
     assert list(metrics["paths"]) == ["spiral", "eight"]
 
 
-def test_the_oracle_runs_by_default(ichain, bend_csv, tmp_path):
-    assert ichain(
-        "run", "car_game", "--physics", "ideal", "--set", "learning.samples=120", "--path", bend_csv, "-o", tmp_path
-    ).status == 0  # fmt: skip
+def test_the_oracle_runs_where_it_is_asked_for(ichain, small, bend_csv, tmp_path):
+    done = ichain("run", "car_game", *small, "--oracle", "--path", bend_csv, "-o", tmp_path)
+    assert done.status == 0
+    assert "oracle (px)" in done.out
     metrics = json.loads((tmp_path / "report.json").read_text())["metrics"]
     assert 0.3 < metrics["oracle_error_px"] < metrics["mean_error_px"] + 0.2
     assert metrics["oracle_reason"] == ""
@@ -114,7 +114,7 @@ def test_the_installed_command_logs_lines_and_keeps_stdout_clean(bend_csv, tmp_p
 def test_a_goal_that_is_not_reached_says_why(ichain, tmp_path):
     """The paper's method on a hundred transitions in a game six times as noisy loses the car."""
     done = ichain(
-        "run", "car_game", "--physics", "ideal", "--no-oracle", "--paths", "eight", "-o", tmp_path,
+        "run", "car_game", "--physics", "ideal", "--paths", "eight", "-o", tmp_path,
         "--set", "learning.samples=120", "--set", "noise.scale=6", "--set", "control.method=inverse",
     )  # fmt: skip
     assert done.status == 1
@@ -130,7 +130,7 @@ def test_a_goal_that_is_not_reached_says_why(ichain, tmp_path):
 def test_an_unreachable_start_is_reported_with_status_1(ichain, bend_csv, tmp_path):
     """A joystick three metres away: the arm says so, and the report is kept."""
     done = ichain(
-        "run", "car_game", "--physics", "arm", "--path", bend_csv, "-o", tmp_path, "--no-oracle",
+        "run", "car_game", "--physics", "arm", "--path", bend_csv, "-o", tmp_path,
         "--set", "robot.home={x: 0.85, y: 0.85, z: 1.0}", "--set", "learning.samples=60",
         "--set", "robot.hand.surface=null", "--set", "robot.hand.held={z: 1.0, grip: 1}",
     )  # fmt: skip

@@ -64,7 +64,7 @@ def test_a_path_that_turns_more_tightly_than_the_demonstrations(ichain, csv, tmp
     """A right angle is named with point, radius and limit."""
     corner = csv([[100, 150], [400, 150], [400, 400]], name="corner.csv")
     done = ichain(
-        "run", "car_game", "--physics", "ideal", "--set", "learning.samples=300", "--no-oracle", "--path", corner,
+        "run", "car_game", "--physics", "ideal", "--set", "learning.samples=300", "--path", corner,
         "-o", tmp_path / "out",
     )  # fmt: skip
     assert done.status == 2

@@ -74,7 +74,7 @@ def test_what_is_no_table_is_one_line(name: str, tmp_path: Path) -> None:
 
 
 def test_gzip_that_unfolds_to_more_than_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ichain_drake.demonstrations.csv_text.MOST_BYTES", 1000)
+    monkeypatch.setattr("ichain_drake.demonstrations.csv_text._MOST_BYTES", 1000)
     (tmp_path / "a.csv.gz").write_bytes(gzip.compress(b"x\n" + b"1\n" * 10000))
     with pytest.raises(InputError, match="unpacked it is over"):
         read_csv(tmp_path / "a.csv.gz", "the log", "time")

@@ -103,7 +103,7 @@ def test_a_table_of_lerobot_says_what_to_do(tmp_path: Path) -> None:
         }
     )  # fmt: skip
     frame.to_parquet(tmp_path / "episode_000000.parquet")
-    with pytest.raises(InputError, match=r"this is a table of LeRobot; .*rename timestamp to time.*--resample"):
+    with pytest.raises(InputError, match=r"this is a table of LeRobot; .*ichain import lerobot .*--resample"):
         read_demonstrations(tmp_path, GRAPH)
 
 
@@ -122,7 +122,7 @@ def test_lists_and_text_in_columns_are_no_numbers(tmp_path: Path) -> None:
 
 
 def test_more_values_than_are_read_are_refused_unread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ichain_drake.demonstrations.parquet._MOST_CELLS", 10)
+    monkeypatch.setattr("ichain_drake.demonstrations.parquet_claims.MOST_CELLS", 10)
     (tmp_path / "a.parquet").write_bytes(parquet_bytes(TABLE.assign(time=TIMES), {}))
     with pytest.raises(InputError, match="it claims 12 values, and 10 are read at most"):
         read_demonstration(tmp_path / "a.parquet")

@@ -14,7 +14,7 @@ import pandas as pd
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.planner import GraphPlanner
-from ichain_drake.control.planning.skills import Skills, learn_skills
+from ichain_drake.control.planning.skills import Skills
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import InteractionGraph
@@ -139,7 +139,7 @@ def learned() -> tuple[InteractionModel, Skills, GraphPlanner]:
         status_estimators=(EstimatorSpec.parse("box(reach=0.15)"),),
     )
     model = learn_interactions(pieces(), GRAPH, spec)
-    return model, learn_skills(model, pieces()), GraphPlanner(model)
+    return model, Skills.of(model), GraphPlanner(model)
 
 
 def readings(world: Chest) -> dict[str, FloatArray]:

@@ -55,13 +55,13 @@ class LampScenario:
             parents = {p: self.spaces[p] for p in self.graph.parents(name)}
             parts[name] = kind(name, parents, np.array([(*start, 0.0)[k]]), ic.ObjectSettings(k + 1, run))
         parts["dimmer"].rail, parts["switch"].rail = -0.15, 0.15
-        return ic.World(self.graph, robot, parts), lambda context: robot.set_hand(context, self.spec.home_hand())
+        return ic.World(self.graph, robot, parts)
 
     def record_demonstrations(self, progress=None, known=()):
         for piece in range(9):
             rng, rows = np.random.default_rng([self.seed, piece]), [np.array([0.45, 0.0, 0.0])]
             places = rng.uniform(0.32, 0.58, 2)
-            world, prepare = self.make_world(900 + piece, tuple(places))
+            world = self.make_world(900 + piece, tuple(places))
 
             def go(x, y, grip, rows=rows):
                 rows += [*np.linspace(rows[-1], [x, y, rows[-1][2]], 4)[1:], np.array([x, y, grip])]
@@ -77,7 +77,7 @@ class LampScenario:
                 go(x, y, 0.0)
                 go(x, 0.0, 0.0)
             commands = ic.Commands(np.array(rows))
-            yield ic.record(world, prepare, commands, len(rows), list(self.spaces), f"piece {piece}")
+            yield ic.record(world, commands, len(rows), list(self.spaces), f"piece {piece}")
 
     def given(self):
         return {}

@@ -13,12 +13,14 @@ from pydrake.systems.primitives import MatrixGain
 
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Executor, Memory
+from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Plan
+from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.control.planning.skills import Skills
 from ichain_drake.demonstrations import Demonstration, column
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.runs.goals.knowledge import Knowledge
-from ichain_drake.runs.goals.plan import make_goal
-from ichain_drake.simulation.goal_episode import look
+from ichain_drake.learning import InteractionModel
+from ichain_drake.simulation.wiring import look
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 from ichain_drake.timing import TICK
@@ -82,12 +84,12 @@ class OtherWords:
         return [[self.edge(e).name for e in step.chain] for step in plan.steps]
 
 
-def drive(scenario: WaterDispenser, words: OtherWords, knowledge: Knowledge, goal: Sequence[str]) -> Memory:
-    """Execute with renamed knowledge in the scenario's own world; signals are put into the other order on their way."""
-    world, prepare = scenario.make_world(0)
-    start = words.states(dict(look(scenario)))
-    wanted = make_goal(words.goal(goal), knowledge.model, start)
-    executor = Executor(knowledge.model, knowledge.skills, knowledge.planner.plan, wanted)
+def drive(scenario: WaterDispenser, words: OtherWords, model: InteractionModel, goal: Sequence[str]) -> Memory:
+    """Execute with a renamed model in the scenario's own world; signals are put into the other order on their way."""
+    world = scenario.make_world(0)
+    start = words.states(dict(look(world)))
+    wanted = parse_goal(words.goal(goal), model, start)
+    executor = Executor(model, Skills.of(model), GraphPlanner(model).plan, wanted)
     root = words.old.root
     home = np.array(scenario.start(0).hand)[words.order[root]]
     builder = DiagramBuilder()
@@ -103,7 +105,6 @@ def drive(scenario: WaterDispenser, words: OtherWords, knowledge: Knowledge, goa
     builder.Connect(back.get_output_port(), world.GetInputPort("hand_command"))
     simulator = Simulator(builder.Build())
     context = simulator.get_mutable_context()
-    prepare(context)
     simulator.Initialize()
     tick = 0
     while not (memory := controller.memory(controller.GetMyContextFromRoot(context))).stopped and tick < 1500:

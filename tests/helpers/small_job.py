@@ -11,7 +11,7 @@ from small_world import GRAPH, SmallWorld, pieces
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.planner import GraphPlanner
-from ichain_drake.control.planning.skills import Skills, learn_skills
+from ichain_drake.control.planning.skills import Skills
 from ichain_drake.learning import InteractionModel, InteractionSpec, learn_interactions
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.state import FloatArray
@@ -27,7 +27,7 @@ Mishap = Callable[[int, SmallWorld], None]
 def learned() -> tuple[InteractionModel, Skills, GraphPlanner]:
     shown = pieces()
     model = learn_interactions(shown, GRAPH, QUICK)
-    return model, learn_skills(model, shown), GraphPlanner(model)
+    return model, Skills.of(model), GraphPlanner(model)
 
 
 def readings(world: SmallWorld) -> dict[str, FloatArray]:

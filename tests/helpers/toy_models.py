@@ -17,7 +17,7 @@ GRIP = Variable("grip", kind="binary", lower=0, upper=1)
 
 
 class ToyModel:
-    """A `GraphModel` from gates (>= 0: active) and effects; objects in an order in which parents come first."""
+    """A `InteractionModel` from gates (>= 0: active) and effects; objects in an order in which parents come first."""
 
     def __init__(
         self,

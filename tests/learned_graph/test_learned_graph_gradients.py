@@ -15,6 +15,8 @@ from small_models import CART, chain, cycle
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learned_graph import LearnedGraph, LearnedObject_, SingleGroupAdapter, build_learned_graph
+from ichain_drake.learned_graph.members import LinkedMembers
+from ichain_drake.learned_graph.transition import ObjectTransition
 from ichain_drake.state import FloatArray
 
 HAND = np.array([0.4, -0.3])
@@ -32,7 +34,7 @@ def make_learned(make: Callable) -> LearnedGraph:
 def without_cycle(learned: LearnedGraph):
     context = learned.CreateDefaultContext()
     edge = Interaction("a", "b")
-    if edge in learned.models:
+    if edge in learned.graph.interactions:
         learned.set_active(context, {edge: False})
     learned.get_input_port().FixValue(context, HAND)
     return context
@@ -51,7 +53,9 @@ def tick(learned: LearnedGraph, context, vector: FloatArray) -> FloatArray:
 def test_object_gradient_is_that_of_the_forward_model() -> None:
     graph, models = chain()
     edge = graph.interactions[1]
-    system = LearnedObject_[AutoDiffXd]("cart", CART.observable, {"stick": models[edge]})
+    system = LearnedObject_[AutoDiffXd](
+        "cart", LinkedMembers([ObjectTransition("cart", CART.observable, {"stick": models[edge]})])
+    )
     state, now, after = RNG.uniform(0.1, 0.6, 4), RNG.uniform(-0.5, 0.5, 2), RNG.uniform(-0.5, 0.5, 2)
     x = InitializeAutoDiff(np.concatenate([state, now, after])).ravel()
     context = system.CreateDefaultContext()

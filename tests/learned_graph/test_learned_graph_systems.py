@@ -11,7 +11,9 @@ from small_models import CART, HAND, STICK, chain, cycle, learn, stick_step
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learned_graph import ActiveCycleError, LearnedGraph, LearnedObject, build_learned_graph, sweep_order
+from ichain_drake.learned_graph import ActiveCycleError, LearnedGraph, build_learned_graph, sweep_order
+from ichain_drake.learned_graph.members import LinkedMembers
+from ichain_drake.learned_graph.transition import ObjectTransition
 from ichain_drake.state import StateSpace
 from ichain_drake.timing import TICK
 
@@ -143,14 +145,14 @@ def test_models_must_be_those_of_the_graph() -> None:
 
 def test_a_learned_object_needs_a_model() -> None:
     with pytest.raises(InputError, match="learned object stick: it has no incoming interaction"):
-        LearnedObject("stick", STICK, {})
+        LinkedMembers([ObjectTransition("stick", STICK, {})])
 
 
 def test_bad_states_and_names_are_refused() -> None:
     graph, models = chain()
     with pytest.raises(InputError, match="initial state of ball; objects are"):
         build_learned_graph(graph, models, {"ball": np.zeros(2)})
-    with pytest.raises(InputError, match="learned object stick: initial state: b is not a finite"):
+    with pytest.raises(InputError, match="learned graph, stick: initial state: b is not a finite"):
         build_learned_graph(graph, models, {"stick": np.array([0.0, np.nan])})
     with pytest.raises(InputError, match=r"learned graph, hand: initial state: shape \(3,\)"):
         build_learned_graph(graph, models, {"hand": np.zeros(3)})

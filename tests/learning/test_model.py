@@ -9,7 +9,7 @@ from small_world import FLOW, GRAPH, states_of
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import ActiveCycleError, InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning import InteractionModel, invert, wanted_change
+from ichain_drake.learning import InteractionModel
 from ichain_drake.state import FloatArray
 
 CARRY, PRESS, OPEN, FILL, LIGHT = GRAPH.interactions
@@ -92,40 +92,6 @@ def test_the_spread_covers_the_residual(model: InteractionModel) -> None:
     assert np.isfinite(spread).all()
 
 
-def test_inverse_of_a_motion(model: InteractionModel, states: dict[str, FloatArray]) -> None:
-    one = {n: s[30] for n, s in states.items()}
-    answer = invert(model, "box", wanted_change(BOX, x=0.02, y=-0.01, z=0.01), one)[0]
-    assert answer.edge == CARRY
-    alignment = model.edges[CARRY].alignment
-    assert alignment is not None
-    moved = answer.parent[:3] - one["hand"][:3]
-    np.testing.assert_allclose(moved, alignment.turn.T @ [0.02, -0.01, 0.01], atol=2e-3)
-    assert answer.size < 0.01
-
-
-def test_the_interaction_type_comes_with_the_inverse(model: InteractionModel, states: dict[str, FloatArray]) -> None:
-    """Paper appendix B: water in the box rises by the tap, its position changes by the hand."""
-    one = {n: s[30] for n, s in states.items()}
-    answer = invert(model, "box", wanted_change(BOX, water=0.02), one)[0]
-    assert answer.edge == FILL
-    np.testing.assert_allclose(answer.parent[0] - one["tap"][0], -0.02, rtol=0.15)
-    assert answer.parent[2] == answer.parent[0] - one["tap"][0]
-
-
-def test_an_inverse_keeps_to_one_tick_unless_told(model: InteractionModel, demonstrations: list) -> None:
-    one = {n: s[0] for n, s in states_of(demonstrations[5]).items()}
-    near = invert(model, "valve", wanted_change(VALVE, level=5.0), one)[0]
-    far = invert(model, "valve", wanted_change(VALVE, level=5.0), one, one_tick=False)[0]
-    assert near.size > 0.1 > far.size
-    assert np.abs(near.parent - one["hand"]).max() <= 0.0401
-    np.testing.assert_allclose(far.change[0], 5.0 - one["valve"][0], atol=0.05)
-
-
-def test_nothing_makes_what_no_interaction_affects(model: InteractionModel, states: dict[str, FloatArray]) -> None:
-    one = {n: s[0] for n, s in states.items()}
-    assert invert(model, "tap", wanted_change(GRAPH.objects["tap"], heat=0.1), one) == ()
-
-
 def test_a_cycle_of_active_interactions_is_refused_with_its_edges_and_the_time(
     model: InteractionModel, states: dict[str, FloatArray]
 ) -> None:
@@ -161,9 +127,3 @@ def test_bad_arguments_are_refused(model: InteractionModel, states: dict[str, Fl
         model.step(one, one["hand"], active={Interaction("a", "b"): True})
     with pytest.raises(InputError, match="no learned interaction a->b; learned are hand->box"):
         model.decide(Interaction("a", "b"), one)
-    with pytest.raises(InputError, match="hand: no interaction acts on it"):
-        invert(model, "hand", np.zeros(4), one)
-    with pytest.raises(InputError, match="wanted change of box: shape"):
-        invert(model, "box", np.zeros(2), one)
-    with pytest.raises(InputError, match="all values are NaN"):
-        invert(model, "box", np.full(6, np.nan), one)

@@ -28,8 +28,8 @@ def scenario():
 
 @pytest.fixture
 def driven(scenario):
-    world, prepare = choose_seat(scenario).world(950)
-    episode = Episode(world, Commands(np.array([[0.5, 0.02], [0.51, 0.01], [0.5, 0.03]])), prepare)
+    world = choose_seat(scenario).world(950)
+    episode = Episode(world, Commands(np.array([[0.5, 0.02], [0.51, 0.01], [0.5, 0.03]])))
     episode.run(6)
     return episode
 

@@ -31,9 +31,9 @@ def scenario():
 
 
 def drive(scenario, ticks=6):
-    world, prepare = scenario.build_world(np.array([400.0, 300.0, 0.0, 30.0, 0.0, 0.0]), [0.0, 0.4], 960)
+    world = scenario.build_world(np.array([400.0, 300.0, 0.0, 30.0, 0.0, 0.0]), [0.0, 0.4], 960)
     hand = np.array([[0.5, 0.02], [0.51, 0.02], [0.49, 0.03]])
-    return Episode(world, Commands(hand), prepare), ticks
+    return Episode(world, Commands(hand)), ticks
 
 
 def test_a_watched_episode_is_the_same(scenario):
@@ -52,9 +52,9 @@ def test_a_watched_episode_is_the_same(scenario):
 
 
 def test_stopping_keeps_what_was_recorded(scenario):
-    world, prepare = scenario.build_world(np.array([400.0, 300.0, 0.0, 30.0, 0.0, 0.0]), [0.0, 0.4], 960)
+    world = scenario.build_world(np.array([400.0, 300.0, 0.0, 30.0, 0.0, 0.0]), [0.0, 0.4], 960)
     with watched_by(Eye(stop_at=25)), pytest.raises(RecordingInterrupted) as stopped:
-        record(world, prepare, Commands(np.array([[0.5, 0.02]])), 30, ("joystick", "car"), "piece")
+        record(world, Commands(np.array([[0.5, 0.02]])), 30, ("joystick", "car"), "piece")
     assert len(stopped.value.piece) == 3
 
 

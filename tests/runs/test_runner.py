@@ -2,14 +2,15 @@
 
 import json
 
-import joblib
 import pytest
 from joblib import delayed
 from toy_jobs import ToyJob, exhaust
 
 from ichain_drake.errors import InputError, WorkerLostError
+from ichain_drake.runs.clusters.isolated import reason_of
+from ichain_drake.runs.clusters.local import LocalProcesses
 from ichain_drake.runs.row_file import RowFile, rows_beside
-from ichain_drake.runs.runner import reason_of, run_all, run_jobs, usable_processes
+from ichain_drake.runs.runner import about, run_all, run_jobs
 
 
 def jobs(folder, **deeds):
@@ -18,9 +19,14 @@ def jobs(folder, **deeds):
 
 def test_findings_come_in_the_order_of_the_jobs_whoever_is_done_first(tmp_path):
     said = []
-    found = run_jobs(jobs(tmp_path), 2, say=lambda line, fraction: said.append((line, fraction)))
+    found = run_jobs(jobs(tmp_path), LocalProcesses(2), say=lambda *words: said.append(words))
     assert [f["name"] for f in found] == ["a1", "a2", "b1", "b2", "c1", "c2"]
     assert [fraction for _, fraction in said] == pytest.approx([1 / 3, 2 / 3, 1.0])
+    assert all(line.endswith(" s left") for line, _ in said[:2])
+    assert said[2][0].startswith("3 of 3: ") and not said[2][0].endswith("left")
+    assert [about(seconds) for seconds in (7.4, 100, 5 * 60, 9000)] == [
+        "about 7 s", "about 1.7 min", "about 5 min", "about 2.5 h",
+    ]  # fmt: skip
 
 
 def test_a_job_that_raises_is_a_finding_and_ends_nothing(tmp_path):
@@ -50,19 +56,37 @@ def test_of_a_job_that_was_half_done_the_rest_is_done(tmp_path):
     assert ToyJob((), tmp_path).ran() == ["a2"]
 
 
-def test_a_killed_process_loses_no_finished_row_and_is_named(tmp_path):
+@pytest.mark.parametrize("deed", ["die once", "kill worker once"])
+def test_what_a_killed_process_had_not_finished_is_done_again(tmp_path, deed):
+    rows, said = RowFile(tmp_path / "rows.jsonl"), []
+    work = jobs(tmp_path, b2=deed, a2="release")
+    found = run_jobs(work, LocalProcesses(2), rows, say=lambda line, fraction: said.append(line))
+    assert found == run_jobs(jobs(tmp_path))
+    assert sum("killed" in line and line.endswith("going on with what is left") for line in said) == 1
+    ran = ToyJob((), tmp_path).ran()[:-6]  # without those of the undisturbed run
+    assert [ran.count(name) for name in ("a1", "a2", "b1", "b2")] == [1, 1, 1, 2]
+
+
+def test_a_trial_that_is_killed_again_and_again_loses_no_finished_row_and_is_named(tmp_path):
     rows = RowFile(tmp_path / "rows.jsonl")
     work = jobs(tmp_path, b2="die", a2="release")
     with pytest.raises(WorkerLostError) as lost:
-        run_jobs(work, 2, rows)
-    assert {"a1", "a2"} <= set(rows.found)
-    assert "b2" not in rows.found
-    assert "killed (out of memory?) during" in str(lost.value)
-    assert "b1 (and 1 more with it)" in str(lost.value)
+        run_jobs(work, LocalProcesses(2), rows)
+    assert set(rows.found) == {"a1", "a2", "b1", "c1", "c2"}
+    assert "killed (out of memory?) during b2, 4 times" in str(lost.value)
     assert f"kept in {tmp_path / 'rows.jsonl'}; go on with --resume" in str(lost.value)
     again = RowFile(tmp_path / "rows.jsonl", resume=True)
     assert again.found == rows.found
-    assert [f["name"] for f in run_jobs(jobs(tmp_path), 2, again)] == ["a1", "a2", "b1", "b2", "c1", "c2"]
+    assert [f["name"] for f in run_jobs(jobs(tmp_path), None, again)] == ["a1", "a2", "b1", "b2", "c1", "c2"]
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_trial_that_crashes_or_hangs_is_a_finding_with_its_reason(tmp_path, processes):
+    found = run_jobs(jobs(tmp_path, a1="crash", b1="hang", c2="exit"), LocalProcesses(processes), timeout=2.0)
+    assert [f.get("reason") for f in found] == [
+        "ended its process by SIGABRT", None, "took longer than 2 s and was stopped", None, None,
+        "ended its process with status 3",
+    ]  # fmt: skip
 
 
 def test_rules_are_off_in_every_process(tmp_path, monkeypatch):
@@ -70,29 +94,18 @@ def test_rules_are_off_in_every_process(tmp_path, monkeypatch):
 
     name = next(iter(rules.RULES))
     with rules.without([name]):
-        found = run_jobs(jobs(tmp_path), 2)
+        found = run_jobs(jobs(tmp_path), LocalProcesses(2))
     assert all(f["off"] == [name] for f in found)
 
 
-def test_no_more_processes_than_cores():
-    said = []
-    cores = joblib.cpu_count()
-    assert usable_processes(1000, lambda line, fraction: said.append(line)) == cores
-    assert said == [f"{cores} processes of the 1000 asked for: there are {cores} cores"]
-    assert usable_processes(1, lambda line, fraction: said.append(line)) == 1
-    assert len(said) == 1
-    with pytest.raises(InputError, match="give numbers from 1"):
-        usable_processes(0)
-
-
 def test_preparations_are_no_trials(tmp_path):
-    assert run_all((delayed(divmod)(k, 2) for k in (4, 5)), 2, "dividing") == [(2, 0), (2, 1)]
+    assert run_all((delayed(divmod)(k, 2) for k in (4, 5)), LocalProcesses(2), "dividing") == [(2, 0), (2, 1)]
     with pytest.raises(ZeroDivisionError):
-        run_all([delayed(divmod)(1, 0)], 1, "dividing")
+        run_all([delayed(divmod)(1, 0)], LocalProcesses(), "dividing")
     (tmp_path / "others are done").touch()
     dying = ToyJob(("a",), tmp_path, (("a", "die"),))
-    with pytest.raises(WorkerLostError, match="killed while recording"):
-        run_all([delayed(exhaust)(dying), delayed(exhaust)(dying)], 2, "recording")
+    with pytest.raises(WorkerLostError, match=r"killed \(out of memory\?\) while recording; begin anew"):
+        run_all([delayed(exhaust)(dying), delayed(exhaust)(dying)], LocalProcesses(2), "recording")
 
 
 class TestRowFile:

@@ -49,7 +49,7 @@ def test_a_run_differs_from_the_next_and_repeats() -> None:
     scenario = Rolling(physics="ideal", seed=2)
     starts = [scenario.start(run) for run in (0, 1, 0)]
     assert starts[0] == starts[2] != starts[1]
-    worlds = [scenario.make_world(run)[0] for run in (0, 0, 1)]
+    worlds = [scenario.make_world(run) for run in (0, 0, 1)]
     balls = [w.system("ball") for w in worlds]
     assert [b.settings.seed for b in balls] == [2000, 2000, 2001]
     assert balls[0].settings.object_id == 1, "its place in the graph"
@@ -103,7 +103,7 @@ def test_faults_are_drawn_from_what_the_configuration_says() -> None:
 
 def test_a_fault_meets_runs_but_no_demonstration() -> None:
     scenario = Faulty(["fault.kind=dropout"], physics="ideal")
-    world, _ = scenario.make_world(0)
+    world = scenario.make_world(0)
     assert len(world.system("ball").settings.dropouts) == 1
     next(iter(scenario.record_demonstrations()))
     assert scenario.faults_seen == Faults()
@@ -116,9 +116,9 @@ def test_demonstrations_share_no_noise_with_any_run_of_an_evaluation() -> None:
     build = scenario.build_world
 
     def noted(start, run, *args, **kwargs):
-        world, prepare = build(start, run, *args, **kwargs)
+        world = build(start, run, *args, **kwargs)
         shown.append(world.system("ball").settings.seed)
-        return world, prepare
+        return world
 
     scenario.build_world = noted  # type: ignore[method-assign]
     list(scenario.record_demonstrations())

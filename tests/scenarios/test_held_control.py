@@ -19,10 +19,10 @@ def keyed(monkeypatch: pytest.MonkeyPatch) -> tuple[CarGame, list[tuple[int, int
     build = scenario.build_world
 
     def noted(*args, **kwargs):
-        world, prepare = build(*args, **kwargs)
+        world = build(*args, **kwargs)
         settings = [system.settings for system in world.objects.values()]
         keys.extend((s.seed, s.object_id) for s in settings)
-        return world, prepare
+        return world
 
     monkeypatch.setattr(scenario, "build_world", noted)
     return scenario, keys

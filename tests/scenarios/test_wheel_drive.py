@@ -44,7 +44,7 @@ def test_reference_paths_lie_in_the_plane_and_begin_a_run(name: str) -> None:
     made = scenario(name)
     for path in choose_paths(made).values():
         assert (path.points > 0).all() and (path.points < made.size).all()
-        world, _ = made.make_world(path, 0)
+        world = made.make_world(path, 0)
         state = world.objects[made.target].get_state(world.objects[made.target].CreateDefaultContext())
         assert np.linalg.norm(state[:2] - path.points[0]) < 0.1 * made.target_length
         assert state[3] == pytest.approx(path.speed[0])
@@ -106,7 +106,6 @@ def run(folder: Path, physics: str) -> dict:
         "control.horizons=[5]",
         "--set",
         "control.efforts=[0.05]",
-        "--no-oracle",
         "--path",
         str(bend(folder / "bend.csv")),
     ]
@@ -127,7 +126,7 @@ def test_a_short_drive_in_ideal_and_by_contact(folder: Path) -> None:
 
 def test_nothing_joins_gripper_and_wheel() -> None:
     made = scenario("driving", physics="contact")
-    world, _ = made.make_world(choose_paths(made, ["eight"])["eight"], 0)
+    world = made.make_world(choose_paths(made, ["eight"])["eight"], 0)
     robot = world.robot
     assert isinstance(robot, ArmRobot)
     plant = robot.plant
@@ -149,7 +148,7 @@ def test_the_ship_takes_the_hand_s_link_from_the_drive(tmp_path: Path) -> None:
     a = np.linspace(0.0, 1.0, 40)
     pd.DataFrame({"x": 10 + 4 * a, "y": 10 + 0 * a}).to_csv(tmp_path / "short.csv", index=False)
     report = tmp_path / "report.json"
-    given = ["--library", str(tmp_path / "library"), "--path", str(tmp_path / "short.csv"), "--no-oracle"]
+    given = ["--library", str(tmp_path / "library"), "--path", str(tmp_path / "short.csv")]
     status = main(["run", "ship", *small, *given, "--report", str(report), "-o", str(tmp_path / "out")])
     assert status in (0, 1)
     models = json.loads(report.read_text())["models"]

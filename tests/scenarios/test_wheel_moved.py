@@ -63,7 +63,7 @@ def test_a_library_of_the_usual_place_drives_elsewhere(tmp_path: Path) -> None:
 
     def errors(*settings: str) -> np.ndarray:
         report = tmp_path / "report.json"
-        more = ["--library", library, "--no-oracle", "-o", str(tmp_path / "out"), "--report", str(report)]
+        more = ["--library", library, "-o", str(tmp_path / "out"), "--report", str(report)]
         chosen = [part for setting in settings for part in ("--set", setting)]
         assert main(["run", "driving", "--physics", "ideal", *small, *chosen, *more]) == 0
         found = json.loads(report.read_text())

@@ -21,10 +21,10 @@ def game(*settings: str, seed: int = 0) -> CarGame:
 def test_a_run_starts_on_its_path_with_the_stick_as_configured():
     scenario = game()
     path = choose_paths(scenario, ["eight"])["eight"]
-    world, prepare = scenario.make_world(path, 0)
+    world = scenario.make_world(path, 0)
     lower, upper = scenario.command_range()
     player = Player((lower + upper) / 2, 0.0425, 0.085, 1, [0])
-    episode = Episode(world, player, prepare)
+    episode = Episode(world, player)
     x, y, heading, speed = episode.value("car", "state")[:4]
     assert np.hypot(x - path.points[0, 0], y - path.points[0, 1]) < 5.0
     assert heading == pytest.approx(path.direction[0], abs=1e-9)
@@ -35,7 +35,7 @@ def test_a_run_starts_on_its_path_with_the_stick_as_configured():
 def test_starts_differ_by_seed_and_run_and_not_without_noise():
     def start(scenario: CarGame, run: int) -> np.ndarray:
         path = choose_paths(scenario, ["eight"])["eight"]
-        world, _ = scenario.make_world(path, run)
+        world = scenario.make_world(path, run)
         return world.objects["car"].get_state(world.objects["car"].CreateDefaultContext())[:2]
 
     places = [start(game(), 0), start(game(), 1), start(game(seed=1), 0)]

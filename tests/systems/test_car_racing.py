@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from ichain_drake.demonstrations import data_hash
 from ichain_drake.errors import InputError
-from ichain_drake.learning.library import load_command, load_links, save_chain
+from ichain_drake.learning.library import save_chain
 from ichain_drake.objects import check_object
+from ichain_drake.runs.library import load
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.evaluation import check_evaluation
 from ichain_drake.runs.paths.link_accuracy import learn_first_link
 from ichain_drake.runs.paths.output import make_recording
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.runs.paths.run import run_paths
-from ichain_drake.runs.provenance import data_hash
 from ichain_drake.scenarios import build_world
 from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
@@ -65,7 +66,7 @@ def test_it_is_the_same_game_as_the_original() -> None:
 
 def test_the_game_keeps_the_contract_of_objects() -> None:
     scenario = racing()
-    world, _ = scenario.make_world(choose_paths(scenario, ["lap"])["lap"], 0)
+    world = scenario.make_world(choose_paths(scenario, ["lap"])["lap"], 0)
     game = scenario.make_target(scenario.idle_state(), world.objects["car"].settings)
     check_object(game)
     assert game.state_space.observable.names == ("x", "y", "heading", "speed", "drift", "yaw_rate")
@@ -112,7 +113,7 @@ def test_a_push_moves_the_whole_car() -> None:
     state = scenario.car_at(np.array([100.0, 500.0]), 0.3, 12.0)
     for _ in range(20):
         state = scenario.environment.step(state, np.array([0.2, 0.05, 0.0]), np.zeros(0))
-    world, _ = scenario.build_world(state, [0.0, 0.0], 0)
+    world = scenario.build_world(state, [0.0, 0.0], 0)
     car = world.objects["car"]
     context = car.CreateDefaultContext()
     pushed = state.copy()
@@ -132,7 +133,7 @@ def test_the_clock_is_the_games_own() -> None:
     """50 steps a second: in 30 frames as many, and a rolling car goes as far as its speed says."""
     scenario = racing()
     state = start = scenario.car_at(np.array([100.0, 500.0]), 0.3, 12.0)
-    game = scenario.make_target(start, scenario.build_world(start, [0, 0], 0)[0].objects["car"].settings)
+    game = scenario.make_target(start, scenario.build_world(start, [0, 0], 0).objects["car"].settings)
     for _ in range(30):
         state = game.step(state, STICK, ON, np.zeros(0), FRAME)
     assert state[game.state_space.index("steps")] == 50
@@ -208,11 +209,10 @@ def test_the_car_games_hand_serves_here(tmp_path: Path) -> None:
     )
 
     scenario = racing("learning.samples=250", "learning.estimator=polynomial(degree=2)")
-    names = scenario.graph.chain(scenario.target)
-    known = load_links(library, scenario.graph, names, scenario.target_variables)
-    assert list(known) == ["hand->joystick"]
+    known = load(library, scenario)
+    assert known.names == ("hand->joystick",)
     run = PathRun(scenario, choose_paths(scenario, ["weave"]))
-    run_paths(run, known=known, known_command=load_command(library, scenario.graph, names))
+    run_paths(run, known=known)
     report = run.report()
     assert [p.name for p in run.pieces] == ["drive"]
     assert report["models"]["hand->joystick"]["source"] != "demonstrations"
@@ -247,7 +247,7 @@ def test_settings_that_make_no_sense_are_refused(setting: str, message: str) -> 
 
 def test_there_is_no_oracle_to_ask_for() -> None:
     with pytest.raises(InputError, match="car_racing has no oracle"):
-        check_evaluation(racing(), 1, ["oracle"], 1)
+        check_evaluation(racing(), 1, ["oracle"])
 
 
 def test_without_the_extra_it_is_listed_and_says_what_to_install() -> None:

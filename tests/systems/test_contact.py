@@ -29,7 +29,7 @@ def quarter_circle(file: Path) -> Path:
 def run(folder: Path, physics: str, *more: str) -> dict:
     """A short run through the command line; its report."""
     path = quarter_circle(folder / "bend.csv")
-    small = ["--set", "learning.samples=120", "--no-oracle", "--path", str(path), "-o", str(folder / physics)]
+    small = ["--set", "learning.samples=120", "--path", str(path), "-o", str(folder / physics)]
     assert main(["run", "car_game", "--physics", physics, *small, *more]) == 0
     return json.loads((folder / physics / "report.json").read_text())
 
@@ -84,11 +84,11 @@ def test_nothing_joins_gripper_and_joystick():
     scenario = load_scenario("car_game", (), "contact", 0)
     assert isinstance(scenario, CarGame)
     start = (np.array([400.0, 300.0, 0.0, 0.0, 0.0, 0.0]), [0.0, 0.4], 0)
-    world, _ = scenario.build_world(*start)
+    world = scenario.build_world(*start)
     robot = world.robot
     assert isinstance(robot, ArmRobot)
     plant = robot.plant
-    arm_alone = load_scenario("car_game", (), "arm", 0).build_world(*start)[0].robot.plant
+    arm_alone = load_scenario("car_game", (), "arm", 0).build_world(*start).robot.plant
     assert plant.num_constraints() == arm_alone.num_constraints() == 1
     assert plant.num_force_elements() == 3
     stick = plant.GetModelInstanceByName("joystick")
@@ -139,12 +139,12 @@ def open_the_gripper(moves: list[tuple[float, float]], held: tuple[float, float]
         ],
         "contact",
     )  # fmt: skip
-    world, prepare = scenario.build_world(np.array([400.0, 300.0, 0.0, 40.0, 0.0, 0.0]), [0.0, 0.4], 0)
+    world = scenario.build_world(np.array([400.0, 300.0, 0.0, 40.0, 0.0, 0.0]), [0.0, 0.4], 0)
     hold = scenario.hand_for_tilt(np.radians(held))
     opened = hold * [1, 1, 1, 0]
     above = opened + [0, 0, 0.12, 0]
     rows = [hold] * OPENED + [opened] * 2 + [above + [dx, dy, 0, 0] for dx, dy in moves]
-    episode = Episode(world, Table(np.array(rows)), prepare)
+    episode = Episode(world, Table(np.array(rows)))
     episode.run(len(rows))
     return episode.log()
 

@@ -7,19 +7,19 @@ from other_words import OtherWords, drive
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
-from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.objects import CameraFrame
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
 from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.runs.learn import learn
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 GOAL = ["cup.temperature >= 0.4", "cup.water >= 0.3", "keep cup.y within 0.02", "not hand->cup"]
 
 
 @pytest.fixture(scope="module")
-def plain(dispenser_knowledge: Knowledge) -> GraphRun:
+def plain(dispenser_model: InteractionModel) -> GraphRun:
     run = GraphRun(WaterDispenser((), "ideal"), tuple(GOAL))
-    run_graph(run, knowledge=dispenser_knowledge)
+    run_graph(run, known=dispenser_model)
     assert run.goal_reached, run.reason
     return run
 
@@ -32,7 +32,7 @@ def test_in_random_words_and_another_order_it_has_the_same_plan_and_success(
     assert list(words.order["cup"]) != list(range(7))
     pieces = words.pieces(dispenser_pieces)
     assert [p.name for p in pieces] != [str(k) for k in range(len(pieces))]
-    memory = drive(scenario, words, learn_graph(pieces, words.graph, quick_spec), GOAL)
+    memory = drive(scenario, words, learn(words.graph, pieces, spec=quick_spec), GOAL)
     assert memory.mode == Mode.REACHED, memory.reason
     assert memory.reason == "goal reached"
     assert isinstance(plain.plan, Plan)
@@ -62,7 +62,7 @@ def test_with_the_camera_turned_by_40_degrees_it_succeeds_all_the_same(
     assert scenario.camera().yaw != before.camera().yaw
     pieces = seen_from(dispenser_pieces, before.camera(), scenario.camera())
     run = GraphRun(scenario, tuple(GOAL))
-    run_graph(run, knowledge=learn_graph(pieces, scenario.graph, quick_spec))
+    run_graph(run, known=learn(scenario.graph, pieces, spec=quick_spec))
     assert run.goal_reached, run.reason
     assert isinstance(run.plan, Plan)
     assert isinstance(plain.plan, Plan)

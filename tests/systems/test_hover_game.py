@@ -30,7 +30,7 @@ def test_paths_are_on_the_screen_and_no_tighter_than_it_can_go() -> None:
 def test_a_run_starts_on_its_path_with_the_fan_running() -> None:
     scenario = game()
     path = choose_paths(scenario, ["waves"])["waves"]
-    world, _ = scenario.make_world(path, 0)
+    world = scenario.make_world(path, 0)
     state = world.objects["hovercraft"].get_state(world.objects["hovercraft"].CreateDefaultContext())
     assert np.hypot(*(state[:2] - path.points[0])) < 5
     assert state[2] == pytest.approx(path.direction[0])
@@ -51,7 +51,7 @@ def test_a_short_run_with_its_picture(tmp_path: Path) -> None:
     a = np.linspace(0.0, np.pi / 2, 200)
     pd.DataFrame({"x": 250 + 200 * np.sin(a), "y": 400 - 200 * (1 - np.cos(a))}).to_csv(tmp_path / "b.csv", index=False)
     settings = ["--set", "learning.samples=250", "--set", "control.efforts=[0.05]"]
-    more = ["--physics", "ideal", "--path", str(tmp_path / "b.csv"), "-o", str(tmp_path), *settings]
+    more = ["--physics", "ideal", "--path", str(tmp_path / "b.csv"), "-o", str(tmp_path), "--oracle", *settings]
     assert main(["run", "hover_game", *more]) == 0
     metrics = json.loads((tmp_path / "report.json").read_text())["metrics"]
     assert metrics["completed"]

@@ -78,7 +78,7 @@ def test_other_fingers_hold_the_stick_beside_where_the_hand_is() -> None:
 
 def test_other_fingers_are_joined_to_nothing() -> None:
     scenario = game(LONG_FINGERS, physics="contact")
-    world, _ = scenario.build_world(scenario.idle_state(), [0.0, 0.0], 0)
+    world = scenario.build_world(scenario.idle_state(), [0.0, 0.0], 0)
     plant = world.robot.plant  # type: ignore[union-attr]
     assert plant.num_constraints() == 1  # the mimic
     fingers = [plant.get_joint(JointIndex(j)).name() for j in range(plant.num_joints())]

@@ -13,8 +13,8 @@ from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionSpec
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.objects import Cup, Kettle
-from ichain_drake.runs.goals.knowledge import learn_graph
 from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.runs.learn import learn
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode, EpisodeLog
 from ichain_drake.systems import load_scenario
@@ -50,8 +50,8 @@ def played() -> tuple[KettleStart, EpisodeLog]:
     quiet = KettleScenario(("noise.scale=0",), "ideal", seed=3)
     start = quiet.start(0)
     commands = whole_task(start)
-    world, prepare = quiet.build_world(start, 0)
-    episode = Episode(world, Commands(commands), prepare)
+    world = quiet.build_world(start, 0)
+    episode = Episode(world, Commands(commands))
     episode.run(len(commands))
     return start, episode.log()
 
@@ -142,9 +142,9 @@ def test_a_pour_keeps_the_mouth_where_it_is() -> None:
 
 
 def test_hot_water_in_the_bottle_from_demonstrations_alone() -> None:
-    knowledge = learn_graph(pieces(), scenario().graph, QUICK)
+    knowledge = learn(scenario().graph, pieces(), spec=QUICK)
     run = GraphRun(scenario(), tuple(scenario().config.goal), number=1)
-    run_graph(run, knowledge=knowledge)
+    run_graph(run, known=knowledge)
     assert run.goal_reached, run.memory and (run.reason, run.memory.log)
     assert run.log is not None
     assert run.log.states[BOTTLE][-1, 4] >= 0.6
@@ -156,8 +156,8 @@ def test_hot_water_in_the_bottle_from_demonstrations_alone() -> None:
 
 def test_bodies_are_given_for_everything_that_is_mechanical() -> None:
     contact = KettleScenario((), "contact")
-    world, prepare = contact.build_world(contact.start(0), 0)
-    episode = Episode(world, Commands(np.array([contact.start(0).hand])), prepare)
+    world = contact.build_world(contact.start(0), 0)
+    episode = Episode(world, Commands(np.array([contact.start(0).hand])))
     episode.run(1)
     log = episode.log()
     for name, shape, place, floor in (
@@ -211,7 +211,7 @@ def test_bad_settings_are_refused_in_a_line(setting: str, physics: str, says: st
 def test_every_fault_happens_to_the_run_alone(fault: str) -> None:
     faulty = KettleScenario((f"fault.kind={fault}", "fault.time=[1.0, 1.0]"), "ideal")
     start = dataclasses.replace(faulty.start(0), hand=(0.6, 0.0, 0.3, 0.0, FORWARD, 0.0))
-    for world, _ in (faulty.build_world(start, 0), faulty.build_world(start, 0, faulty=True)):
+    for world in (faulty.build_world(start, 0), faulty.build_world(start, 0, faulty=True)):
         bottle, kettle, switch = (world.objects[n] for n in (BOTTLE, KETTLE, SWITCH))
         assert isinstance(bottle, Cup)
         assert isinstance(kettle, Kettle)

@@ -14,14 +14,15 @@ from ichain_drake.cli.evaluate_graph import format_evaluation
 from ichain_drake.control.planning.enabling import find_enabling
 from ichain_drake.control.planning.holding import can_hold
 from ichain_drake.control.planning.plan import Plan
+from ichain_drake.control.planning.planner import GraphPlanner
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import Interaction
-from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.robot.models import model_parser, resolve_model
 from ichain_drake.runs.goals.evaluation import score_classifiers
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
 from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.runs.learn import learn
 from ichain_drake.scenarios.faults import Faults
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode, EpisodeLog
@@ -39,14 +40,14 @@ scenario, pieces = oven, oven_pieces
 
 
 @cache
-def knowledge() -> Knowledge:
+def knowledge() -> InteractionModel:
     quick = InteractionSpec(status_estimators=InteractionSpec().status_estimators[:1])
-    return learn_graph(pieces(), scenario().graph, quick)
+    return learn(scenario().graph, pieces(), spec=quick)
 
 
 def play(start: MicrowaveStart, hand: OvenTeleoperation, physics: str = "ideal") -> EpisodeLog:
-    world, prepare = Microwave(("noise.scale=0",), physics).build_world(start, 0)  # type: ignore[arg-type]
-    episode = Episode(world, Commands(hand.commands), prepare)
+    world = Microwave(("noise.scale=0",), physics).build_world(start, 0)  # type: ignore[arg-type]
+    episode = Episode(world, Commands(hand.commands))
     episode.run(len(hand.commands))
     return episode.log()
 
@@ -117,8 +118,8 @@ def test_stiff_controls_lag_behind_the_hand(physics: str) -> None:
     stiff = Microwave(("fault.kind=stiff", "noise.scale=0"), physics)  # type: ignore[arg-type]
     hand = OvenTeleoperation(stiff.start(0).hand).take_part("button", 0.0).slide("button", IN).wait(1).leave()
     hand.take(LAYOUT.knob.point).to(roll=-1.0).wait(1).leave()
-    world, prepare = stiff.make_world(0)
-    episode = Episode(world, Commands(hand.commands), prepare)
+    world = stiff.make_world(0)
+    episode = Episode(world, Commands(hand.commands))
     episode.run(len(hand.commands))
     first, last = ({n: s[k] for n, s in episode.log().states.items()} for k in (0, -1))
     assert last[BUTTON][0] == pytest.approx(IN / 1.5, rel=0.15)
@@ -143,8 +144,8 @@ def test_faults_meet_the_food(kind: str) -> None:
     wrong = Microwave((f"fault.kind={kind}", "fault.time=[0.5, 0.5]", "noise.scale=0"), "ideal")
     start = wrong.start(0)
     hand = OvenTeleoperation(start.hand).take_food(start.food).lift().wait(3)
-    world, prepare = wrong.make_world(0)
-    episode = Episode(world, Commands(hand.commands), prepare)
+    world = wrong.make_world(0)
+    episode = Episode(world, Commands(hand.commands))
     episode.run(3)  # 1 s
     port, context = world.GetOutputPort(f"{FOOD}.valid"), world.GetMyContextFromRoot(episode.context)
     assert port.Eval(context)[0] == (kind != "dropout")
@@ -235,13 +236,14 @@ def test_pieces_start_from_states_of_their_own() -> None:
 
 def test_heating_is_learned_to_depend_on_all_parents_of_the_food() -> None:
     for parent in (KNOB, BUTTON):
-        columns = knowledge().model.report()["interactions"][f"{parent}->{FOOD}"]["status"]["columns"]
+        columns = knowledge().report()["interactions"][f"{parent}->{FOOD}"]["status"]["columns"]
         assert {f"position of {n}" for n in (FOOD, DOOR, BUTTON)} == set(columns)
 
 
 def test_food_behind_a_shut_door_cannot_be_held_and_the_door_is_worth_opening() -> None:
-    model = knowledge().model
-    edge, door = Interaction(HAND, FOOD), next(c for c in knowledge().planner.options.carries if c.edge.child == DOOR)
+    model = knowledge()
+    carries = GraphPlanner(model).options.carries
+    edge, door = Interaction(HAND, FOOD), next(c for c in carries if c.edge.child == DOOR)
     held = {n: v[0] for n, v in model.edges[edge].examples.active.items()}
     held[FOOD][:3] = scenario().camera().from_robot(np.array([*PLACE, 0.07]))
     states = []
@@ -258,7 +260,7 @@ def test_food_behind_a_shut_door_cannot_be_held_and_the_door_is_worth_opening() 
 
 def test_cold_food_outside_becomes_hot_food_in_the_shut_oven() -> None:
     run = GraphRun(scenario(), tuple(scenario().config.goal))
-    run_graph(run, knowledge=knowledge())
+    run_graph(run, known=knowledge())
     assert run.goal_reached, (run.reason, run.memory and run.memory.log)
     assert isinstance(run.plan, Plan)
     assert {e for step in run.plan.steps for e in step.chain} >= {Interaction(HAND, n) for n in (DOOR, BUTTON, FOOD)}
@@ -269,7 +271,7 @@ def test_cold_food_outside_becomes_hot_food_in_the_shut_oven() -> None:
 
 def test_a_stiff_button_is_pushed_further_under_feedback() -> None:
     run = GraphRun(Microwave(("fault.kind=stiff",), "ideal"), ("button.x >= 0.009",))
-    run_graph(run, knowledge=knowledge())
+    run_graph(run, known=knowledge())
     assert run.goal_reached, (run.reason, run.memory and run.memory.log)
     assert run.log is not None
     button, hand = np.diff(run.log.states[BUTTON][:, 0]), np.diff(run.log.states[HAND][:, 0])

@@ -8,9 +8,9 @@ from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionSpec
-from ichain_drake.runs.goals.knowledge import learn_graph
 from ichain_drake.runs.goals.plan import make_plan
-from ichain_drake.simulation.goal_episode import look
+from ichain_drake.runs.learn import learn
+from ichain_drake.simulation.wiring import look
 from ichain_drake.systems import load_scenario
 from ichain_drake.systems.two_dispensers.scenario import MACHINES, TwoDispensers
 
@@ -36,8 +36,8 @@ def test_every_piece_shows_one_machine_at_most_and_every_edge_is_shown() -> None
 
 def test_a_goal_that_needs_both_machines() -> None:
     quick = InteractionSpec(status_estimators=InteractionSpec().status_estimators[:1])
-    knowledge = learn_graph(pieces(), scenario().graph, quick)
-    _, plan = make_plan(knowledge, scenario().config.goal, look(scenario(), 0))
+    knowledge = learn(scenario().graph, pieces(), spec=quick)
+    _, plan = make_plan(knowledge, scenario().config.goal, look(scenario().make_world(0)))
     assert isinstance(plan, Plan), plan
     last = {step.chain[-1].child for step in plan.steps}
     assert {"near_tank", "far_tank"} <= last

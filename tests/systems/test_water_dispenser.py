@@ -25,8 +25,8 @@ QUIET = ("noise.scale=0",)
 
 
 def play(scenario: WaterDispenser, start: DispenserStart, commands: np.ndarray, run: int = 0, **kw: bool) -> EpisodeLog:
-    world, prepare = scenario.build_world(start, run, **kw)
-    episode = Episode(world, Commands(commands), prepare)
+    world = scenario.build_world(start, run, **kw)
+    episode = Episode(world, Commands(commands))
     episode.run(len(commands))
     return episode.log()
 
@@ -61,7 +61,6 @@ def test_the_graph_has_the_seven_interactions_of_the_paper() -> None:
         "power->tank",
         "tank->cup",
     }
-    assert not graph.is_chain
     assert (CUP, TANK) in graph.components
 
 
@@ -81,8 +80,8 @@ def test_the_diagram_of_the_cycle_equals_a_plain_loop() -> None:
     scenario = WaterDispenser(QUIET, "ideal")
     start = dataclasses.replace(scenario.start(0), tank_amount=0.3, tank_temperature=0.8)
     commands = pour_and_place(start)
-    world, prepare = scenario.build_world(start, 0)
-    episode = Episode(world, Commands(commands), prepare)
+    world = scenario.build_world(start, 0)
+    episode = Episode(world, Commands(commands))
     states = {n: episode.value(n, "state") for n in world.graph.objects}
     modes: dict[str, dict[str, bool]] = {n: dict.fromkeys(o.parents, False) for n, o in world.objects.items()}
     for name, system in world.objects.items():  # the initialization event
@@ -192,7 +191,7 @@ def test_noise_and_run_depend_on_no_name_and_no_order() -> None:
     logs = []
     for names, reverse in ((same, False), (words, True)):
         world = _renamed(scenario, start, names, reverse=reverse)
-        episode = Episode(world, Commands(commands), lambda _: None)
+        episode = Episode(world, Commands(commands))
         episode.run(len(commands))
         logs.append(episode.log())
     for name, word in words.items():
@@ -246,11 +245,10 @@ def test_faults_happen_in_runs_and_never_in_demonstrations(kind: str) -> None:
     elif kind == "slip":
         assert (faulty.active[CUP][-1, 0], sound.active[CUP][-1, 0]) == (0.0, 1.0)
     else:
-        world, prepare = scenario.make_world(0)
+        world = scenario.make_world(0)
         simulator = Simulator(world)
         context = simulator.get_mutable_context()
         world.GetInputPort("hand_command").FixValue(context, np.array(start.hand))
-        prepare(context)
         valid = []
         for frame in range(1, 300):
             simulator.AdvanceTo(frame * FRAME)
@@ -296,7 +294,7 @@ def test_in_contact_a_press_moves_the_buttons_body_and_the_machine_stands_in_the
     assert log.states[POWER][-1, 0] == 0.0
     assert log.states[DISPENSE][:, 0].max() == 0.0
     assert log.states[TANK][-1, 1] > log.states[TANK][0, 1]
-    plant = scenario.build_world(start, 0)[0].robot.plant
+    plant = scenario.build_world(start, 0).robot.plant
     assert plant.num_constraints() == 1  # the finger's mimic alone
     machine = plant.GetModelInstanceByName("machine")
     boxes = plant.GetCollisionGeometriesForBody(plant.get_body(plant.GetBodyIndices(machine)[0]))
@@ -305,7 +303,7 @@ def test_in_contact_a_press_moves_the_buttons_body_and_the_machine_stands_in_the
 
 def test_the_layout_is_that_of_the_models() -> None:
     scenario = WaterDispenser((), "arm")
-    robot = scenario.build_world(scenario.start(0), 0)[0].robot
+    robot = scenario.build_world(scenario.start(0), 0).robot
     inspector = robot.scene_graph.model_inspector()
     machine = robot.plant.GetModelInstanceByName("machine")
     body = robot.plant.get_body(robot.plant.GetBodyIndices(machine)[0])

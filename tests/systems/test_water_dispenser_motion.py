@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ichain_drake.errors import UnreachableError
+from ichain_drake.learning import InteractionModel
 from ichain_drake.robot import MotionPlanner
-from ichain_drake.runs.goals.knowledge import Knowledge
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
@@ -14,7 +14,7 @@ WARM_TANK = ("tank.amount >= 0.3", "tank.temperature >= 0.2", "not hand->cup")
 
 def nearest(run: GraphRun, scenario: WaterDispenser) -> float:
     """Least distance between arm or gripper and the machine or table in a run, at most 20 mm [m]."""
-    world, _ = scenario.make_world(run.number)
+    world = scenario.make_world(run.number)
     robot, context = world.robot, world.CreateDefaultContext()
     plant, graph = robot.plant, robot.scene_graph
     scene, inspector = graph.GetMyContextFromRoot(context), graph.model_inspector()
@@ -36,10 +36,10 @@ def nearest(run: GraphRun, scenario: WaterDispenser) -> float:
     return least
 
 
-def test_warm_water_in_the_tank_without_touching_the_machine(dispenser_knowledge: Knowledge) -> None:
+def test_warm_water_in_the_tank_without_touching_the_machine(dispenser_model: InteractionModel) -> None:
     scenario = WaterDispenser((), "contact")
     run = GraphRun(scenario, WARM_TANK, number=1)
-    run_graph(run, knowledge=dispenser_knowledge)
+    run_graph(run, known=dispenser_model)
     assert run.goal_reached, run.memory and (run.reason, run.memory.log)
     assert nearest(run, scenario) > 0.002
 

@@ -16,8 +16,8 @@ def stopped(browser, tmp_path_factory):
     folder = tmp_path_factory.mktemp("live")
     chosen = ["--set", "learning.samples=60", "--set", "path.speed=20", "--set", "control.efforts=[0.05]"]
     program = Program(
-        folder, "run", "car_game", "--physics", "ideal", "--paths", "eight", "--no-oracle",
-        "--meshcat", "--realtime", *chosen, "--demos", str(_demonstrations(folder)), "-o", str(folder / "out"),
+        folder, "run", "car_game", "--physics", "ideal", "--paths", "eight", "--meshcat", "--realtime",
+        *chosen, "--demos", str(_demonstrations(folder)), "-o", str(folder / "out"),
     )  # fmt: skip
     try:
         person = Person(browser, program)

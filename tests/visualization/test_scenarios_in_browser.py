@@ -17,7 +17,7 @@ from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.output import write_recording
 from ichain_drake.runs.paths.result import PathResult, PathRun
 from ichain_drake.simulation.commands import Commands
-from ichain_drake.simulation.episode import RecordedEpisode
+from ichain_drake.simulation.episode import Episode
 from ichain_drake.systems.car_game.scenario import CarGame
 from ichain_drake.systems.water_dispenser.layout import LAYOUT
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
@@ -38,8 +38,8 @@ return {
 }"""
 
 
-def logged(scenario, world, prepare, commands):
-    episode = RecordedEpisode(world, Commands(commands), prepare)
+def logged(scenario, world, commands):
+    episode = Episode(world, Commands(commands))
     episode.run(len(commands))
     return episode.log()
 
@@ -73,7 +73,7 @@ def water():
     hand.to(0.59, -0.05).to(0.585, 0.06, 0.10).to(z=0.082).to(0.68).put(0.68, 0.06, LAYOUT.tray.height)
     hand.turn(0.0).grip(True).to(*LAYOUT.power[:2], 0.12).press(LAYOUT.power, 6.0).wait(8).press(LAYOUT.power, -20.0)
     hand.to(*LAYOUT.dispense[:2]).press(LAYOUT.dispense, 6.0).wait(5).press(LAYOUT.dispense, -20.0)
-    log = logged(scenario, *scenario.build_world(start, 0), hand.commands)
+    log = logged(scenario, scenario.build_world(start, 0), hand.commands)
     n, edges = len(log.times), scenario.graph.interactions
     run = GraphRun(scenario, ("cup.water >= 0.5",), log=log)
     run.goal = Goal((Condition("cup", "water", 0.5, math.inf), Condition("tank", "amount", 0.2, 0.6)), (edges[0],))
@@ -183,7 +183,7 @@ def car():
     low, high = scenario.command_range()
     t = np.arange(24)[:, None] / 3
     sway = 0.5 * (low + high) + 0.35 * (high - low) * np.sin(t * np.linspace(0.6, 1.1, len(low)) + 0.3)
-    log = logged(scenario, *scenario.make_world(path, 0), sway)
+    log = logged(scenario, scenario.make_world(path, 0), sway)
     run = PathRun(scenario, {"eight": path})
     run.results = [PathResult("eight", path, log, False, 1.0, 1.0)]
     return run

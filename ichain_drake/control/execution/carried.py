@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ichain_drake.control.execution.following import pose_of
-from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _MOVED = 0.05  # of the demonstrated range
@@ -74,7 +75,7 @@ class Carried:
         """What is measured of it, shape (n_variables,), once it has been let go of."""
         return replace(self, seen={**self.seen, obj: np.array(state)}) if obj in self.left else self
 
-    def standing(self, model: GraphModel, now: States) -> dict[str, FloatArray]:
+    def standing(self, model: InteractionModel, now: States) -> dict[str, FloatArray]:
         """`left` of those objects that are still where the robot let go of them.
 
         Args:
@@ -83,7 +84,7 @@ class Carried:
         """
         return {n: v for n, v in self.left.items() if n not in self.seen or not _moved(model, n, self.seen[n], now[n])}
 
-    def stayed(self, model: GraphModel, now: States) -> bool:
+    def stayed(self, model: InteractionModel, now: States) -> bool:
         """Whether what should go along with the robot is still where it was taken: it never went along.
 
         Args:
@@ -92,7 +93,7 @@ class Carried:
         """
         return self.held is not None and not _moved(model, self.held, np.array(self.origin), now[self.held])
 
-    def in_the_air(self, model: GraphModel, edge: Interaction, now: States) -> bool:
+    def in_the_air(self, model: InteractionModel, edge: Interaction, now: States) -> bool:
         """Whether what is held is neither where it was taken nor where it was let go of in a demonstration.
 
         Args:
@@ -107,7 +108,7 @@ class Carried:
         return all(_moved(model, obj, was, now[obj]) for was in (np.array(self.origin), *places))
 
 
-def _moved(model: GraphModel, obj: str, was: FloatArray, now: FloatArray) -> bool:
+def _moved(model: InteractionModel, obj: str, was: FloatArray, now: FloatArray) -> bool:
     space = model.graph.objects[obj].observable
     off = np.abs(space.difference(now, was))
     pose = sorted(pose_of(space))

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.following import goes_along
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.planning.plan import States
-from ichain_drake.control.planning.slope import least_motion, slope
+from ichain_drake.control.planning.slope import led
 from ichain_drake.state import FloatArray
 
 _PATIENCE = 3  # ticks
@@ -31,6 +32,7 @@ class CarryTask(Task):
     since: int = 0
     looked: bool = False
     ahead: FloatArray | None = None
+    whole: bool = True  # whether `ahead` is the end of the way
     course: Course = field(default_factory=Course)
 
     mode = Mode.CARRY
@@ -72,12 +74,22 @@ class CarryTask(Task):
                 f"{self.edge.name}: {child}.{space.names[worst]} stayed {np.abs(error).max():.3g} "
                 f"{space.variables[worst].unit} off",
             )  # fmt: skip
-        # The whole way is solved for, then gone in steps; what is seen on the way corrects it now and then.
+        return self._onward(view, now, index, error, tolerance)
+
+    def _onward(
+        self, view: View, now: States, index: NDArray[np.intp], error: FloatArray, tolerance: FloatArray
+    ) -> FloatArray:
+        """A tick of the way, which is solved for as far as it is straight; what is seen corrects it now and then."""
+        assert self.edge is not None
+        root, child = self.edge.parent, self.edge.child
         if self.ahead is None or self.looked or self.ticks % _CORRECTED == 0:
-            wanted = np.full(len(space), np.nan)
-            wanted[index] = error
-            self.ahead = self._linearized(view, now, wanted)
+            wanted, slack = np.full((2, len(now[child])), np.nan)
+            wanted[index], slack[index] = error, tolerance
+            self.ahead, self.whole = led(view.model, self.edge, {**now, root: view.command}, wanted, slack)
         command, near = view.travel(self.course, self.ahead, child)
+        if near and not self.whole:
+            self.ahead = None
+            return command
         self.looked = near
         self.still = 3 if near else 0
         return command
@@ -98,13 +110,6 @@ class CarryTask(Task):
         full = np.array(state, dtype=float)
         full[index] = goal
         return space.difference(full, state)[index]  # type: ignore[attr-defined]
-
-    def _linearized(self, view: View, now: States, wanted: FloatArray) -> FloatArray:
-        """Where the least motion leads that makes a change, by the forward model's slope where the robot is."""
-        assert self.edge is not None
-        asked = np.flatnonzero(np.isfinite(wanted))
-        size, by_push = slope(view.model, self.edge, {**now, view.model.graph.root: view.command})
-        return np.asarray(view.command + least_motion(by_push[:, asked], wanted[asked]) * size)
 
 
 @dataclass(eq=False)

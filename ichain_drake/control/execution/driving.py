@@ -10,9 +10,9 @@ from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -166,7 +166,7 @@ class DriveTask(Task):
         self.history, self.inactive = [], []
         return True
 
-    def _moves(self, model: GraphModel, i: int, direction: int) -> bool:
+    def _moves(self, model: InteractionModel, i: int, direction: int) -> bool:
         assert self.step is not None
         noise = model.noise[self.step.chain[-1].child][i]
         values = np.array(self.history)[:, i]
@@ -189,7 +189,7 @@ class DriveTask(Task):
         missing = self._missing(model, start, now)
         return all(self._stalled(seen[:, k], float(noise[k]), sign, change) for k, sign, change in missing)
 
-    def _missing(self, model: GraphModel, start: FloatArray, now: FloatArray) -> list[tuple[int, float, float]]:
+    def _missing(self, model: InteractionModel, start: FloatArray, now: FloatArray) -> list[tuple[int, float, float]]:
         """Variables that are not yet where the drive should bring them: index, direction, and the whole way."""
         assert self.step is not None
         assert self.step.until is not None

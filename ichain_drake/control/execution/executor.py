@@ -23,12 +23,12 @@ from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
 from ichain_drake.control.execution.tasks import LOOK_TICKS, Answer, Failed, Look, Mode, Task, View
 from ichain_drake.control.planning.contradictions import Contradiction
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.planning.travel import resting_states
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -57,7 +57,7 @@ class Executor:
 
     def __init__(
         self,
-        model: GraphModel,
+        model: InteractionModel,
         skills: Skills,
         planner: Planner,
         goal: Goal,
@@ -252,7 +252,8 @@ class Executor:
             elif failure.cause != "carry" and step.before:
                 back = carry_tasks(self.model, edge, indices(self.model, step.before, edge), place_first=False)
         elif failure.cause != "deactivation":
-            back = [Switch(edge, activate=False, forced=True)]
+            # Where there was no way to what should be switched, there is nothing to let go of, nor a way away from it.
+            back = [Switch(edge, activate=False, forced=failure.cause != "reach")]
             if failure.cause == "lost" and origin and enabled("take_back"):  # it may only be caught on something
                 back.insert(0, TakeBack(edge, steps=way_back(self.model, step, dict(enumerate(origin)))[:-1]))
         memory.tasks = [*back, *memory.tasks]

@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ichain_drake.control.planning.model import GraphModel, is_change, keeps
+from ichain_drake.control.planning.model import is_change, keeps
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray, StateSpace
 
@@ -22,7 +23,7 @@ _WITH, _WITHOUT = 0.5, 0.75  # share of the expected displacement that is missin
 
 
 def goes_along(
-    model: GraphModel, edge: Interaction, readings: Sequence[Mapping[str, FloatArray]], ticks: int = _MOST
+    model: InteractionModel, edge: Interaction, readings: Sequence[Mapping[str, FloatArray]], ticks: int = _MOST
 ) -> bool | None:
     """Whether a child moved as its parent makes it move while their interaction is active.
 
@@ -51,7 +52,7 @@ def goes_along(
 
 
 def strays(
-    model: GraphModel, edge: Interaction, readings: Sequence[Mapping[str, FloatArray]], ticks: int = _MOST
+    model: InteractionModel, edge: Interaction, readings: Sequence[Mapping[str, FloatArray]], ticks: int = _MOST
 ) -> bool:
     """Whether a child moved although its parent hardly did: it fell, or was knocked. Arguments as in `goes_along`."""
     expected, missing = _displacements(model, edge, readings, ticks)
@@ -59,7 +60,7 @@ def strays(
 
 
 def _displacements(
-    model: GraphModel, edge: Interaction, readings: Sequence[Mapping[str, FloatArray]], ticks: int
+    model: InteractionModel, edge: Interaction, readings: Sequence[Mapping[str, FloatArray]], ticks: int
 ) -> tuple[FloatArray, FloatArray]:
     """How far the child should have moved in the last 1, 2, ... ticks, and how far it is from there, both in noises."""
     space = model.graph.objects[edge.child].observable

@@ -11,14 +11,14 @@ from ichain_drake.control.execution.following import pose_of
 from ichain_drake.control.execution.moving import Moving
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.tasks import LOOK_TICKS, Look, Task
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import PlanStep, States
 from ichain_drake.control.planning.slope import independent
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 
 
-def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | None = None) -> list[Task]:
+def step_tasks(model: InteractionModel, step: PlanStep, now: States, holds: Carried | None = None) -> list[Task]:
     """The tasks of a step.
 
     Args:
@@ -64,13 +64,13 @@ def step_tasks(model: GraphModel, step: PlanStep, now: States, holds: Carried | 
     return [*out, Look(None, LOOK_TICKS)]
 
 
-def _put_back(model: GraphModel, edge: Interaction, holds: Carried) -> list[Task]:
+def _put_back(model: InteractionModel, edge: Interaction, holds: Carried) -> list[Task]:
     pose = sorted(pose_of(model.graph.objects[edge.child].observable))
     return carry_tasks(model, edge, {i: holds.origin[i] for i in pose}, place_first=False)
 
 
 def indices(
-    model: GraphModel,
+    model: InteractionModel,
     values: Mapping[tuple[str, str], float],
     edge: Interaction,
     but: Sequence[object] | None = None,
@@ -88,7 +88,9 @@ def indices(
     return {space.index(v): x for (o, v), x in values.items() if o == edge.child and (o, v) != skip}
 
 
-def carry_tasks(model: GraphModel, edge: Interaction, target: Mapping[int, float], *, place_first: bool) -> list[Task]:
+def carry_tasks(
+    model: InteractionModel, edge: Interaction, target: Mapping[int, float], *, place_first: bool
+) -> list[Task]:
     """Carrying in two parts: what is turned is turned at the place where that is wanted, not on the way.
 
     Turned on the way, a full cup spills. What one motion changes (a drawer's place and its opening) has no parts.
@@ -107,7 +109,7 @@ def carry_tasks(model: GraphModel, edge: Interaction, target: Mapping[int, float
     return [CarryPartTask(edge, target=part, every=tuple(target)), CarryTask(edge, target=dict(target))]
 
 
-def way_back(model: GraphModel, step: PlanStep, origin: Mapping[int, float]) -> list[Task]:
+def way_back(model: InteractionModel, step: PlanStep, origin: Mapping[int, float]) -> list[Task]:
     """Put what a step carries where it was taken from, and let go.
 
     Args:

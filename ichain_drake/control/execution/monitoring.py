@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ichain_drake.control.planning.goals import gap, inside, value_of, words
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import Goal, PlanStep, States
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 
 _SURE = 1.0  # noises of a reading: two standard deviations of a mean of four
@@ -16,7 +16,7 @@ _PLACE, _VALUE = 0.05, 0.12  # of the demonstrated range: larger deviations from
 _HARDLY = 0.2  # of the predicted change
 
 
-def gone(model: GraphModel, reading: States) -> str:
+def gone(model: InteractionModel, reading: States) -> str:
     """Which object is where nothing brings it back from (it fell, say), in words; empty if there is none.
 
     Args:
@@ -32,7 +32,7 @@ def gone(model: GraphModel, reading: States) -> str:
     return ""
 
 
-def unmet(model: GraphModel, goal: Goal, states: States) -> str:
+def unmet(model: InteractionModel, goal: Goal, states: States) -> str:
     """Which condition of a goal does not hold, or not surely, in words; empty if all hold.
 
     Args:
@@ -55,7 +55,7 @@ def unmet(model: GraphModel, goal: Goal, states: States) -> str:
     return ""
 
 
-def deviation(model: GraphModel, step: PlanStep, now: States) -> str:
+def deviation(model: InteractionModel, step: PlanStep, now: States) -> str:
     """What is not as predicted at a step's end, in words; empty if all is.
 
     Args:
@@ -86,7 +86,7 @@ def deviation(model: GraphModel, step: PlanStep, now: States) -> str:
     return ""
 
 
-def undriven(model: GraphModel, step: PlanStep, began: States, now: States) -> bool:
+def undriven(model: InteractionModel, step: PlanStep, began: States, now: States) -> bool:
     """Whether what a step should drive hardly changed: the last interaction of its chain was not active after all.
 
     Args:

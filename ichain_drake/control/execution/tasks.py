@@ -12,10 +12,10 @@ from enum import IntEnum
 import numpy as np
 
 from ichain_drake.control.execution.course import Course, Motion
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.planning.travel import jumping, step_towards
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 DONE = "done"
@@ -71,7 +71,7 @@ class View:
         follows: object that was seen to go along with the robot when that moved clearly last; empty if there is none.
     """
 
-    model: GraphModel
+    model: InteractionModel
     skills: Skills
     vias: list[FloatArray]
     readings: list[dict[str, FloatArray]]

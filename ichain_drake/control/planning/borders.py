@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption
-from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel, is_change, span, take
+from ichain_drake.control.planning.model import Batch, BoolArray, is_change, span, take
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 SAMPLES = 24
@@ -42,7 +43,7 @@ class Border:
     edge: Interaction
 
 
-def find_borders(model: GraphModel, carries: Sequence[CarryOption]) -> tuple[Border, ...]:
+def find_borders(model: InteractionModel, carries: Sequence[CarryOption]) -> tuple[Border, ...]:
     """Borders of all variables but the robot's and those that carrying an object sets.
 
     Args:
@@ -65,7 +66,7 @@ def find_borders(model: GraphModel, carries: Sequence[CarryOption]) -> tuple[Bor
     return tuple(found)
 
 
-def active_samples(model: GraphModel, edge: Interaction, most: int = SAMPLES) -> Batch:
+def active_samples(model: InteractionModel, edge: Interaction, most: int = SAMPLES) -> Batch:
     """Demonstrated states in which an interaction was active, by its classifier too; shape (n, n_variables) each."""
     samples = dict(model.edges[edge].examples.active)
     rows = np.flatnonzero(model.decide(edge, samples) >= 0.0)
@@ -74,7 +75,7 @@ def active_samples(model: GraphModel, edge: Interaction, most: int = SAMPLES) ->
     return take(samples, rows)
 
 
-def _values(model: GraphModel, edge: Interaction, samples: Batch, obj: str, variable: int) -> list[float]:
+def _values(model: InteractionModel, edge: Interaction, samples: Batch, obj: str, variable: int) -> list[float]:
     """Where a drive may stop: just inside each range of values at which the interaction is possible."""
     grid = np.linspace(model.low[obj][variable], model.high[obj][variable], _VALUES)
     batch = {n: np.tile(v, (_VALUES, 1)) for n, v in samples.items()}

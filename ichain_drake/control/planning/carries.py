@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.model import Batch, GraphModel, keeps, span, take
+from ichain_drake.control.planning.model import Batch, keeps, span, take
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
 
-_AT_REST = 0.25  # share of its response to motion that a followed variable may change by while the robot is still
+_AT_REST = 0.25  # share of its response to motion that a followed variable may change by at rest, or one way only
 _RESPONSE = 0.5  # of the robot's largest step
 
 
@@ -35,7 +36,7 @@ class CarryOption:
     let_go: Batch = field(default_factory=dict)
 
 
-def find_carries(model: GraphModel) -> tuple[CarryOption, ...]:
+def find_carries(model: InteractionModel) -> tuple[CarryOption, ...]:
     """Objects that the robot can carry, in the graph's order."""
     found, frames = [], Frames(model)
     for edge in model.graph.interactions:
@@ -51,7 +52,7 @@ def find_carries(model: GraphModel) -> tuple[CarryOption, ...]:
     return tuple(found)
 
 
-def _stood(model: GraphModel, frames: Frames, carry: Interaction) -> list[Batch]:
+def _stood(model: InteractionModel, frames: Frames, carry: Interaction) -> list[Batch]:
     """For each interaction whose ends' relative place matters, states in the middle of where the object stood in it.
 
     The few places where it was let go of may all be near the border; readings of many rows say where the middle is.
@@ -72,19 +73,24 @@ def _stood(model: GraphModel, frames: Frames, carry: Interaction) -> list[Batch]
     return out
 
 
-def _followers(model: GraphModel, edge: Interaction) -> IntArray:
-    """Variables that change with the robot's motion, not while it is still, and keep their value when let go."""
+def _followers(model: InteractionModel, edge: Interaction) -> IntArray:
+    """Variables that change with the robot's motion there and back, not at rest, and keep their value when let go."""
     samples = model.edges[edge].examples.active
     root, child = samples[edge.parent], samples[edge.child]
     if not len(root):
         return np.zeros(0, dtype=np.intp)
     pair = {edge.parent: root, edge.child: child}
-    still = np.sqrt(np.mean(model.effect(edge, pair, root) ** 2, axis=0))
-    moved = np.zeros_like(still)
+    held = model.effect(edge, pair, root)
+    still = np.sqrt(np.mean(held**2, axis=0))
+    moved, one_way = np.zeros_like(still), np.zeros_like(still)
     for i, limit in enumerate(model.step_limit[edge.parent]):
-        for sign in (1.0, -1.0):
-            push = np.zeros(root.shape[1])
-            push[i] = sign * _RESPONSE * limit
-            moved = np.maximum(moved, np.sqrt(np.mean(model.effect(edge, pair, root + push) ** 2, axis=0)))
+        push = np.zeros(root.shape[1])
+        push[i] = _RESPONSE * limit
+        there, back = (model.effect(edge, pair, root + sign * push) for sign in (1.0, -1.0))
+        largest = [np.sqrt(np.mean(e**2, axis=0)) for e in (there, back)]
+        moved = np.maximum(moved, np.max(largest, axis=0))
+        one_way = np.maximum(one_way, 0.5 * np.sqrt(np.mean((there + back - 2.0 * held) ** 2, axis=0)))
     floor = np.maximum(model.noise[edge.child], 1e-9 * span(model, edge.child))
-    return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & (still < _AT_REST * moved))
+    # What is spilled where it is tilted does not come back: it doesn't follow.
+    follows = (still < _AT_REST * moved) & (one_way < _AT_REST * moved)
+    return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & follows)

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.plan import PlanStep, States
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 
 MOST_VARIANTS = 3
 """Failures of an option in a region after which it is not tried again: each was another way of doing it."""
@@ -45,7 +46,7 @@ class Record:
         contradictions: so far.
     """
 
-    def __init__(self, model: GraphModel, contradictions: Sequence[Contradiction] = ()) -> None:
+    def __init__(self, model: InteractionModel, contradictions: Sequence[Contradiction] = ()) -> None:
         self._model, self._all = model, tuple(contradictions)
 
     def failures(self, step: PlanStep, states: States) -> int:
@@ -94,7 +95,7 @@ def expected_ticks(ticks: int, failures: int) -> int:
     return int(np.ceil(0.5 * ticks * (failures + 2)))
 
 
-def _around(model: GraphModel, chain: Sequence[Interaction]) -> list[str]:
+def _around(model: InteractionModel, chain: Sequence[Interaction]) -> list[str]:
     """Objects of a chain and all others that act on them, but the robot."""
     names = {n for e in chain for n in (e.child, *model.graph.parents(e.child))}
     return sorted(names - {model.graph.root})

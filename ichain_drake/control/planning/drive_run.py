@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel, conserved, keeps, span, stack, take
+from ichain_drake.control.planning.model import Batch, BoolArray, conserved, keeps, span, stack, take
 from ichain_drake.control.planning.motion import IntArray
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -33,7 +34,7 @@ class Run:
 
     window = _WINDOW
 
-    def __init__(self, model: GraphModel, rows: Sequence[tuple[States, DriveOption]], parked: FloatArray) -> None:
+    def __init__(self, model: InteractionModel, rows: Sequence[tuple[States, DriveOption]], parked: FloatArray) -> None:
         self.model, self.rows, self.parked = model, rows, parked
         self.drives = [d for _, d in rows]
         self.root = model.graph.root

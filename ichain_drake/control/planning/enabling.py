@@ -15,9 +15,10 @@ import numpy as np
 from ichain_drake.control.planning.borders import active_samples
 from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.model import Batch, GraphModel
+from ichain_drake.control.planning.model import Batch
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _MOST = 0.5  # of the samples that the object's present place must switch off
@@ -41,7 +42,7 @@ class Enabling:
     place: FloatArray
     anchor: str | None = None
 
-    def missing(self, model: GraphModel, frames: Frames, nodes: Sequence[States]) -> np.ndarray:
+    def missing(self, model: InteractionModel, frames: Frames, nodes: Sequence[States]) -> np.ndarray:
         """Whether the object's present place makes the interaction impossible, in each of several states."""
         obj, follow = self.carry.edge.child, self.carry.follow
         here = np.array([n[obj] for n in nodes])
@@ -66,7 +67,7 @@ class Enabling:
         return np.asarray(np.median(self.samples[self.anchor], axis=0))
 
 
-def find_enabling(model: GraphModel, carry: CarryOption) -> tuple[Enabling, ...]:
+def find_enabling(model: InteractionModel, carry: CarryOption) -> tuple[Enabling, ...]:
     """For each interaction that an object's place may matter to, where it is surest.
 
     Args:
@@ -91,7 +92,9 @@ def find_enabling(model: GraphModel, carry: CarryOption) -> tuple[Enabling, ...]
     return tuple(out)
 
 
-def _decide(model: GraphModel, edge: Interaction, carry: CarryOption, samples: Batch, places: FloatArray) -> FloatArray:
+def _decide(
+    model: InteractionModel, edge: Interaction, carry: CarryOption, samples: Batch, places: FloatArray
+) -> FloatArray:
     """Decision values in the samples with the object put at each place, shape (n_places, n_samples)."""
     obj, count = carry.edge.child, len(samples[carry.edge.child])
     batch = {n: np.tile(v, (len(places), 1)) for n, v in samples.items()}

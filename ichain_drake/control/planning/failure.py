@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of, words
-from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Nearest:
         start: states at the start, shape (n_variables,) each.
     """
 
-    def __init__(self, model: GraphModel, goal: Goal, start: States) -> None:
+    def __init__(self, model: InteractionModel, goal: Goal, start: States) -> None:
         self.model, self.goal = model, goal
         self.closest = [math.inf] * len(goal.conditions)
         self.nearest = [float(value_of(c, start, model.graph)) for c in goal.conditions]

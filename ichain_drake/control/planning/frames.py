@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.effects.alignment import apart, frame_turns, heading_of
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray, wrap_angle
 
 
@@ -25,7 +25,7 @@ class Frames:
         model: the learned graph.
     """
 
-    def __init__(self, model: GraphModel) -> None:
+    def __init__(self, model: InteractionModel) -> None:
         self._spaces = {n: s.observable for n, s in model.graph.objects.items()}
         self._edges, self._root = model.edges, model.graph.root
         self._known: dict[tuple[str, str], Any] = {}

@@ -10,10 +10,11 @@ import numpy as np
 
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goal_text import Bound, check_goal_text, read_goal_text
-from ichain_drake.control.planning.model import GraphModel, conserved, keeps, span
+from ichain_drake.control.planning.model import conserved, keeps, span
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _EQUAL_SHARE = 0.02  # of the demonstrated range
@@ -22,7 +23,7 @@ _ROOM = 0.25  # of a condition's range, that its margin has at most
 _BEYOND = 0.05  # of the demonstrated range, that an unbounded variable may go beyond it
 
 
-def parse_goal(expressions: Sequence[str], model: GraphModel, start: States | None = None) -> Goal:
+def parse_goal(expressions: Sequence[str], model: InteractionModel, start: States | None = None) -> Goal:
     """Read goal expressions.
 
     Args:
@@ -63,7 +64,7 @@ def parse_goal(expressions: Sequence[str], model: GraphModel, start: States | No
     return Goal(conditions, tuple(dict.fromkeys(inactive)), tuple(dict.fromkeys(active)))
 
 
-def _range(bound: Bound, text: str, model: GraphModel, start: States | None) -> tuple[float, float]:
+def _range(bound: Bound, text: str, model: InteractionModel, start: States | None) -> tuple[float, float]:
     """Lowest and highest value that a bound allows."""
     index = model.graph.objects[bound.object].observable.index(bound.variable)
     if bound.value is None or bound.sign == "within":
@@ -82,13 +83,15 @@ def _range(bound: Bound, text: str, model: GraphModel, start: States | None) -> 
     return -math.inf, (value if bound.sign == "<=" else math.nextafter(value, -math.inf))
 
 
-def _slack(model: GraphModel, obj: str, index: int) -> float:
+def _slack(model: InteractionModel, obj: str, index: int) -> float:
     if model.graph.objects[obj].observable.variables[index].kind in ("binary", "integer"):
         return 0.0
     return float(max(_EQUAL_SHARE * span(model, obj)[index], _EQUAL_NOISE * model.noise[obj][index]))
 
 
-def stay(start: States, obj: str, variables: Sequence[str], model: GraphModel, slack: float) -> tuple[Condition, ...]:
+def stay(
+    start: States, obj: str, variables: Sequence[str], model: InteractionModel, slack: float
+) -> tuple[Condition, ...]:
     """Conditions that keep or bring back variables of an object to where they are at the start.
 
     Args:
@@ -125,7 +128,7 @@ def words(condition: Condition, graph: InteractionGraph) -> str:
     return f"{condition.lower:.4g} <= {name} <= {condition.upper:.4g}{tail}"
 
 
-def impossible(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
+def impossible(goal: Goal, model: InteractionModel, start: States) -> NoPlan | None:
     """Why no plan can meet a goal, seen without any search; None where one might.
 
     A condition that already holds is never refused.
@@ -164,7 +167,7 @@ def impossible(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
     return _too_much(goal, model, start)
 
 
-def _too_much(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
+def _too_much(goal: Goal, model: InteractionModel, start: States) -> NoPlan | None:
     """Refuse a goal that needs more of a conserved amount than there is."""
     for group in conserved(model):
         names = [(o, model.graph.objects[o].observable.names[i]) for o, i in group]
@@ -190,7 +193,7 @@ def _too_much(goal: Goal, model: GraphModel, start: States) -> NoPlan | None:
     return None
 
 
-def _limits(model: GraphModel, obj: str, i: int) -> tuple[float, float]:
+def _limits(model: InteractionModel, obj: str, i: int) -> tuple[float, float]:
     """The declared bounds where there are any, or as far as it is taken, or a little more than shown."""
     variable = model.graph.objects[obj].observable.variables[i]
     more = _BEYOND * float(span(model, obj)[i]) + _EQUAL_NOISE * float(model.noise[obj][i])
@@ -202,13 +205,13 @@ def _limits(model: GraphModel, obj: str, i: int) -> tuple[float, float]:
     return min(low, float(reach[0][i])), max(high, float(reach[1][i]))
 
 
-def kept_by_itself(model: GraphModel, condition: Condition) -> bool:
+def kept_by_itself(model: InteractionModel, condition: Condition) -> bool:
     """Whether the variable of a condition keeps its value once nothing acts on it."""
     index = model.graph.objects[condition.object].observable.index(condition.variable)
     return bool(keeps(model, condition.object)[index])
 
 
-def inside(condition: Condition, model: GraphModel, noises: float, share: float = 0.0) -> Condition:
+def inside(condition: Condition, model: InteractionModel, noises: float, share: float = 0.0) -> Condition:
     """A condition that is met by a margin, where its range and the variable's bounds leave room.
 
     Args:

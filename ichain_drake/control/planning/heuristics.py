@@ -16,8 +16,9 @@ from itertools import combinations
 import numpy as np
 
 from ichain_drake.control.planning.goals import gap, value_of
-from ichain_drake.control.planning.model import GraphModel, keeps, span
+from ichain_drake.control.planning.model import keeps, span
 from ichain_drake.control.planning.plan import Condition, States
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 
 _BINS = 8.0  # over the demonstrated range
@@ -33,7 +34,7 @@ class Novelty:
         objects: those that count; default: all. A drift of the others would make every state new.
     """
 
-    def __init__(self, model: GraphModel, objects: Collection[str] | None = None) -> None:
+    def __init__(self, model: InteractionModel, objects: Collection[str] | None = None) -> None:
         self._model = model
         counted = model.graph.objects if objects is None else objects
         self._objects = tuple(n for n in model.graph.objects if n != model.graph.root and n in counted)
@@ -71,7 +72,7 @@ class Novelty:
         return rank
 
 
-def unmet_conditions(conditions: Sequence[Condition], states: States, model: GraphModel) -> tuple[int, ...]:
+def unmet_conditions(conditions: Sequence[Condition], states: States, model: InteractionModel) -> tuple[int, ...]:
     """Indices of the conditions that do not hold."""
     return tuple(k for k, c in enumerate(conditions) if gap(c, value_of(c, states, model.graph)) > 0)
 
@@ -84,7 +85,7 @@ class Landmarks:
         conditions: wanted.
     """
 
-    def __init__(self, model: GraphModel, conditions: Sequence[Condition]) -> None:
+    def __init__(self, model: InteractionModel, conditions: Sequence[Condition]) -> None:
         self._model = model
         self._needed: list[tuple[int, Condition, tuple[tuple[Condition, Condition], ...]]] = []
         for k, c in enumerate(conditions):
@@ -108,7 +109,7 @@ class Landmarks:
         )
 
 
-def _givers(model: GraphModel, wanted: Condition) -> tuple[tuple[Condition, Condition], ...]:
+def _givers(model: InteractionModel, wanted: Condition) -> tuple[tuple[Condition, Condition], ...]:
     """For each object that a condition's variable mixes in from: the same condition there, and enough of it."""
     space = model.graph.objects[wanted.object].observable
     index = space.index(wanted.variable)

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel
+from ichain_drake.control.planning.model import Batch, BoolArray
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -25,12 +26,12 @@ LIKELY = 0.5
 """Probability from which on an interaction is taken for active."""
 
 
-def can_hold(model: GraphModel, edge: Interaction, states: Sequence[States]) -> BoolArray:
+def can_hold(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> BoolArray:
     """Whether some demonstrated grasp is likely to make an interaction active; arguments as of `hold_probability`."""
     return hold_probability(model, edge, states) >= LIKELY
 
 
-def hold_probability(model: GraphModel, edge: Interaction, states: Sequence[States]) -> FloatArray:
+def hold_probability(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> FloatArray:
     """Probability that the likeliest demonstrated grasp makes an interaction of the robot active.
 
     Args:
@@ -56,7 +57,7 @@ def hold_probability(model: GraphModel, edge: Interaction, states: Sequence[Stat
     return np.asarray(model.probability(edge, batch).reshape(len(states), count).max(axis=1))
 
 
-def taken_as(model: GraphModel, motion: Motion, node: int, child: FloatArray) -> FloatArray:
+def taken_as(model: InteractionModel, motion: Motion, node: int, child: FloatArray) -> FloatArray:
     """State of the robot, shape (n_root,), that takes an object as in a demonstrated state, from where the object is.
 
     Args:

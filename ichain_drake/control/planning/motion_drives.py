@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption
-from ichain_drake.control.planning.model import Batch, GraphModel, is_change, keeps, row, span, take
+from ichain_drake.control.planning.model import Batch, is_change, keeps, row, span, take
 from ichain_drake.control.planning.motion_links import Links, best_motion, link, run_on, thinned
 from ichain_drake.control.planning.options import LEAST_CHANGE, NOISES, DriveOption, chains
 from ichain_drake.control.planning.travel import jumping, parked_state
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 
 _TICKS = 60  # of a motion, to see how fast it drives: several strokes, with a new grasp between them
 _PROBES = 40  # demonstrated states in which a push of the robot is tried
@@ -19,7 +20,7 @@ _PUSH = 0.5  # of its largest step
 
 
 def find_motion_drives(
-    model: GraphModel, carries: Sequence[CarryOption], drives: Sequence[DriveOption]
+    model: InteractionModel, carries: Sequence[CarryOption], drives: Sequence[DriveOption]
 ) -> tuple[DriveOption, ...]:
     """Drives by motion, of variables that no drive changes with the robot held still.
 
@@ -58,7 +59,7 @@ def find_motion_drives(
     return tuple(found)
 
 
-def _linked(model: GraphModel, edge: Interaction, nodes: Batch, context: Batch) -> Links:
+def _linked(model: InteractionModel, edge: Interaction, nodes: Batch, context: Batch) -> Links:
     """Links between demonstrated states, all other objects as in one of them."""
     n = len(nodes[edge.child])
     states = {k: np.repeat(v[None], n, axis=0) for k, v in context.items()}
@@ -67,7 +68,7 @@ def _linked(model: GraphModel, edge: Interaction, nodes: Batch, context: Batch) 
 
 
 def _drive(
-    model: GraphModel, chain: tuple[Interaction, ...], links: Links, context: Batch, variable: int, direction: int
+    model: InteractionModel, chain: tuple[Interaction, ...], links: Links, context: Batch, variable: int, direction: int
 ) -> list[DriveOption]:
     target = chain[-1].child
     motion, gains = best_motion(model, links, target, variable, direction)
@@ -81,7 +82,7 @@ def _drive(
     return [DriveOption(chain, variable, direction, float(total.max()) / _TICKS, None, hold, hold, motion)]
 
 
-def _context(model: GraphModel, chain: tuple[Interaction, ...], usable: np.ndarray) -> Batch | None:
+def _context(model: InteractionModel, chain: tuple[Interaction, ...], usable: np.ndarray) -> Batch | None:
     """A demonstrated state with a chain active in which pushes of the robot change a variable; None if there is none.
 
     Of all of them that in which the variable is nearest to the middle of its range, so that it can go either way.

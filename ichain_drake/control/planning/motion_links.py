@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel, keeps, take
+from ichain_drake.control.planning.model import Batch, BoolArray, keeps, take
 from ichain_drake.control.planning.motion import ALIKE, RETAKE_TICKS, IntArray, Motion
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 MOST_NODES = 240
@@ -47,7 +48,7 @@ class Links:
     reach: tuple[FloatArray, FloatArray]
 
 
-def thinned(model: GraphModel, edge: Interaction) -> Batch:
+def thinned(model: InteractionModel, edge: Interaction) -> Batch:
     """Demonstrated states of an interaction of the robot, none of which is much like another."""
     samples = dict(model.edges[edge].examples.active)
     samples = take(samples, np.flatnonzero(model.decide(edge, samples) >= 0.0))
@@ -68,7 +69,7 @@ def thinned(model: GraphModel, edge: Interaction) -> Batch:
     return take(samples, np.sort(kept))
 
 
-def link(model: GraphModel, edge: Interaction, states: Batch, parked: FloatArray) -> Links:
+def link(model: InteractionModel, edge: Interaction, states: Batch, parked: FloatArray) -> Links:
     """Link states by what the models say of a tick from each to each other that is near enough.
 
     Args:
@@ -94,7 +95,9 @@ def link(model: GraphModel, edge: Interaction, states: Batch, parked: FloatArray
     return Links(edge, states, start, end, change, same.all(axis=2) & ~np.eye(n, dtype=bool), reach)
 
 
-def best_motion(model: GraphModel, links: Links, obj: str, variable: int, direction: int) -> tuple[Motion, FloatArray]:
+def best_motion(
+    model: InteractionModel, links: Links, obj: str, variable: int, direction: int
+) -> tuple[Motion, FloatArray]:
     """The fastest way of changing a variable, and the change in each state's next tick, shape (n,).
 
     Args:
@@ -141,7 +144,7 @@ def run_on(motion: Motion, gains: FloatArray, ticks: int) -> FloatArray:
     return total
 
 
-def _reach(model: GraphModel, obj: str) -> FloatArray:
+def _reach(model: InteractionModel, obj: str) -> FloatArray:
     """How far a variable goes in a tick at most; infinite for those that tell no states apart, shape (n_variables,)."""
     space = model.graph.objects[obj].observable
     reach = np.maximum(model.step_limit[obj], 4.0 * model.noise[obj])
@@ -151,5 +154,5 @@ def _reach(model: GraphModel, obj: str) -> FloatArray:
     return np.where(told, np.maximum(reach, 1e-9), np.inf)
 
 
-def _slack(model: GraphModel, obj: str, reach: FloatArray) -> FloatArray:
+def _slack(model: InteractionModel, obj: str, reach: FloatArray) -> FloatArray:
     return np.where(np.isfinite(reach), np.maximum(_MEETS * reach, 4.0 * model.noise[obj]), np.inf)

@@ -8,11 +8,12 @@ import numpy as np
 
 from ichain_drake.control.planning.drive_run import Run
 from ichain_drake.control.planning.holding import taken_as
-from ichain_drake.control.planning.model import Batch, BoolArray, GraphModel
+from ichain_drake.control.planning.model import Batch, BoolArray
 from ichain_drake.control.planning.motion import RETAKE_TICKS, IntArray
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 
@@ -21,7 +22,7 @@ class MotionRun(Run):
 
     window = 2 * RETAKE_TICKS
 
-    def __init__(self, model: GraphModel, rows: Sequence[tuple[States, DriveOption]], parked: FloatArray) -> None:
+    def __init__(self, model: InteractionModel, rows: Sequence[tuple[States, DriveOption]], parked: FloatArray) -> None:
         super().__init__(model, rows, parked)
         self.motions = [d.motion for d in self.drives if d.motion is not None]
         self.ends = [self.start[m.edge.child][r : r + 1] for r, m in enumerate(self.motions)]

@@ -17,7 +17,6 @@ from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import (
     Batch,
     BoolArray,
-    GraphModel,
     conserved,
     is_change,
     keeps,
@@ -28,6 +27,7 @@ from ichain_drake.control.planning.model import (
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -110,7 +110,7 @@ def beside(frames: Frames, sample: Batch, root: str, carried: str | None, anchor
     return out
 
 
-def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
+def chains(model: InteractionModel) -> tuple[tuple[Interaction, ...], ...]:
     """All chains of interactions from the robot to an object, short ones first."""
     graph = model.graph
     found = []
@@ -122,7 +122,7 @@ def chains(model: GraphModel) -> tuple[tuple[Interaction, ...], ...]:
     return tuple(sorted(found, key=len))
 
 
-def find_drives(model: GraphModel, carries: tuple[CarryOption, ...]) -> tuple[DriveOption, ...]:
+def find_drives(model: InteractionModel, carries: tuple[CarryOption, ...]) -> tuple[DriveOption, ...]:
     """Chains with the variables that they drive, as predicted from demonstrated samples of all the chain active."""
     by_edge = {c.edge: c for c in carries}
     samples, owner, every = [], [], chains(model)
@@ -146,7 +146,7 @@ def find_drives(model: GraphModel, carries: tuple[CarryOption, ...]) -> tuple[Dr
     return tuple(d for d in out if not _subsumed(model, d, out))
 
 
-def _subsumed(model: GraphModel, drive: DriveOption, every: list[DriveOption]) -> bool:
+def _subsumed(model: InteractionModel, drive: DriveOption, every: list[DriveOption]) -> bool:
     """Whether a carried object drives more than the chain says, and a longer chain says so."""
     if not enabled("subsumed"):
         return False
@@ -158,7 +158,7 @@ def _subsumed(model: GraphModel, drive: DriveOption, every: list[DriveOption]) -
     return drive.carry is not None and any(float(model.decide(e, drive.hold)) >= 0 for e in longer)
 
 
-def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
+def _joint_samples(model: InteractionModel, chain: tuple[Interaction, ...]) -> Batch:
     """Demonstrated states in which every interaction of a chain is active, by the classifiers."""
     parts = [model.edges[e].examples.active for e in chain]
     batch = {n: np.concatenate([p[n] for p in parts]) for n in model.graph.objects}
@@ -171,7 +171,7 @@ def _joint_samples(model: GraphModel, chain: tuple[Interaction, ...]) -> Batch:
     return take(batch, rows)
 
 
-def _probe(model: GraphModel, batch: Batch, ticks: int) -> Batch:
+def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
     """Change of every object over some ticks with the robot held still, shape (n, n_variables) each."""
     now = {n: v.copy() for n, v in batch.items()}
     status = None
@@ -188,7 +188,7 @@ def _anchor(frames: Frames, chain: tuple[Interaction, ...], carry: CarryOption |
 
 
 def _drives_of(
-    model: GraphModel,
+    model: InteractionModel,
     frames: Frames,
     chain: tuple[Interaction, ...],
     carry: CarryOption | None,
@@ -201,6 +201,7 @@ def _drives_of(
     least = np.maximum(LEAST_CHANGE * span(model, target), NOISES * model.noise[target])
     usable = keeps(model, target) & ~is_change(model, target)
     out, anchor = [], _anchor(frames, chain, carry)
+    further = _probe(model, batch, _LONG_TICKS)
     for v in np.flatnonzero(usable):
         if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
             continue
@@ -210,8 +211,9 @@ def _drives_of(
             fastest = int(np.argmax(speed))
             if speed[fastest] < max(_LEAST_RATE * least[v], _BIAS * largest):
                 continue
-            # How far each way of holding the chain gets, all from the same contents: those of the fastest sample.
-            poses = _in_context(model, frames, chain[0].child, carry, batch, fastest, anchor)
+            # How far each way of holding the chain gets, all from the same contents: those that leave most room for it.
+            roomy = int(np.argmax(direction * further[target][:, v]))
+            poses = _in_context(model, frames, chain[0].child, carry, batch, roomy, anchor)
             total = direction * _probe(model, poses, _LONG_TICKS)[target][:, v]
             best = float(total.max())
             if best < least[v]:
@@ -232,7 +234,7 @@ def _drives_of(
 
 
 def _in_context(
-    model: GraphModel,
+    model: InteractionModel,
     frames: Frames,
     first: str,
     carry: CarryOption | None,
@@ -250,7 +252,7 @@ def _in_context(
     return out
 
 
-def _brimful(model: GraphModel, carry: CarryOption, batch: Batch) -> Batch:
+def _brimful(model: InteractionModel, carry: CarryOption, batch: Batch) -> Batch:
     """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
     if not enabled("brimful"):
         return batch
@@ -261,7 +263,7 @@ def _brimful(model: GraphModel, carry: CarryOption, batch: Batch) -> Batch:
     return out
 
 
-def _quiet_row(model: GraphModel, carry: CarryOption, batch: Batch, quiet: BoolArray, hold: int) -> int:
+def _quiet_row(model: InteractionModel, carry: CarryOption, batch: Batch, quiet: BoolArray, hold: int) -> int:
     """The quiet sample from which a drive begins; the driving one itself if there is none.
 
     Near the driving sample, and in each variable near a value at which the object was let go.
@@ -280,7 +282,7 @@ def _quiet_row(model: GraphModel, carry: CarryOption, batch: Batch, quiet: BoolA
     return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])
 
 
-def _unseen(model: GraphModel, carry: CarryOption, poses: FloatArray, width: FloatArray) -> FloatArray:
+def _unseen(model: InteractionModel, carry: CarryOption, poses: FloatArray, width: FloatArray) -> FloatArray:
     """How far poses, not turned yet, are from demonstrated ones, in demonstrated ranges, shape (n,).
 
     Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.

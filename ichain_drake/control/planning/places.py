@@ -11,9 +11,10 @@ from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.enabling import Enabling
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
-from ichain_drake.control.planning.model import Batch, GraphModel, row, span
+from ichain_drake.control.planning.model import Batch, row, span
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.slope import least_motion, slope
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -22,7 +23,7 @@ _LINE = 17
 
 
 def carry_targets(
-    model: GraphModel,
+    model: InteractionModel,
     carry: CarryOption,
     nodes: Sequence[States],
     start: States,
@@ -92,7 +93,7 @@ def _known_places(frames: Frames, carry: CarryOption, nodes: Sequence[States]) -
     return np.concatenate(out, axis=1)
 
 
-def _acts_on_goal(model: GraphModel, obj: str, node: States, conditions: Sequence[Condition]) -> bool:
+def _acts_on_goal(model: InteractionModel, obj: str, node: States, conditions: Sequence[Condition]) -> bool:
     """Whether an object acts, directly or through others, on a variable that must be held by what acts on it."""
     below = nx.descendants(model.graph.digraph, obj)
     unmet = (c for c in conditions if c.object in below and gap(c, value_of(c, node, model.graph)) > 0)
@@ -115,7 +116,9 @@ def _distinct(found: Sequence[FloatArray], here: FloatArray, width: FloatArray) 
     return kept
 
 
-def _wanted(model: GraphModel, carry: CarryOption, start: States, conditions: Sequence[Condition]) -> FloatArray | None:
+def _wanted(
+    model: InteractionModel, carry: CarryOption, start: States, conditions: Sequence[Condition]
+) -> FloatArray | None:
     """The pose that the goal wants: given values where there are any, the others as at the nearest known place."""
     obj = carry.edge.child
     names = [model.graph.objects[obj].observable.names[i] for i in carry.follow]
@@ -139,7 +142,7 @@ def _wanted(model: GraphModel, carry: CarryOption, start: States, conditions: Se
     return pose + np.where(asked, change, np.where(np.abs(rest) > _SAME * width, rest, 0.0))
 
 
-def _goes_along(model: GraphModel, carry: CarryOption, pose: FloatArray, change: FloatArray) -> FloatArray:
+def _goes_along(model: InteractionModel, carry: CarryOption, pose: FloatArray, change: FloatArray) -> FloatArray:
     """What changes of a pose where some of it is changed, since one motion does both: a drawer's place and its opening.
 
     Args:

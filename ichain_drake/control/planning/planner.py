@@ -11,13 +11,14 @@ import numpy as np
 
 from ichain_drake.control.planning.contradictions import Contradiction, Record
 from ichain_drake.control.planning.goals import gap, impossible, value_of
-from ichain_drake.control.planning.model import GraphModel, span
+from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.risk import success_probability
 from ichain_drake.control.planning.search import Search, SearchSettings
 from ichain_drake.control.planning.search_node import SearchNode
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 __all__ = ["GraphPlanner", "SearchSettings"]
@@ -40,7 +41,7 @@ class GraphPlanner:
         settings: how far to search.
     """
 
-    def __init__(self, model: GraphModel, settings: SearchSettings | None = None) -> None:
+    def __init__(self, model: InteractionModel, settings: SearchSettings | None = None) -> None:
         self.model = model
         self.settings = settings or SearchSettings()
         self.options = find_repertoire(model)
@@ -150,7 +151,7 @@ def _touches(failure: NoPlan) -> bool:
     return float(gap(failure.condition, failure.closest)) == 0
 
 
-def _stage(goal: Goal, obj: str, states: States, model: GraphModel) -> Goal:
+def _stage(goal: Goal, obj: str, states: States, model: InteractionModel) -> Goal:
     """The conditions on one object, and those on others that hold already."""
     mine = [c for c in goal.conditions if c.object == obj or gap(c, value_of(c, states, model.graph)) == 0]
     return replace(goal, conditions=tuple(mine))

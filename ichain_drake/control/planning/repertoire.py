@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from ichain_drake.control.planning.borders import Border, find_borders
 from ichain_drake.control.planning.carries import CarryOption, find_carries
 from ichain_drake.control.planning.enabling import Enabling, find_enabling
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.motion_drives import find_motion_drives
 from ichain_drake.control.planning.options import DriveOption, find_drives
 from ichain_drake.control.planning.plan import Goal
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Repertoire:
         return tuple(c for c in self.carries if c.edge not in moving or c.edge.child in wanted)
 
 
-def find_repertoire(model: GraphModel) -> Repertoire:
+def find_repertoire(model: InteractionModel) -> Repertoire:
     """All that can be done, from the learned models and demonstrated samples alone."""
     carries = find_carries(model)
     still = find_drives(model, carries)

@@ -9,11 +9,11 @@ import numpy as np
 from scipy.special import ndtr
 
 from ichain_drake.control.planning.goals import value_of
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import Condition, Goal, PlanStep
+from ichain_drake.learning.model import InteractionModel
 
 
-def success_probability(model: GraphModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
+def success_probability(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
     """Probability that all steps of a plan work and leave the goal's conditions met.
 
     Steps count as independent of each other, and so do conditions.
@@ -27,7 +27,7 @@ def success_probability(model: GraphModel, goal: Goal, steps: Sequence[PlanStep]
     return float(likely * math.prod(_holds(model, c, steps) for c in goal.conditions))
 
 
-def _holds(model: GraphModel, condition: Condition, steps: Sequence[PlanStep]) -> float:
+def _holds(model: InteractionModel, condition: Condition, steps: Sequence[PlanStep]) -> float:
     """Probability that a condition on what some step changes holds in the end, by its margin there."""
     last = next((s for s in reversed(steps) if s.chain[-1].child == condition.object), None)
     if last is None:

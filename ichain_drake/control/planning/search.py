@@ -20,7 +20,7 @@ from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
 from ichain_drake.control.planning.holding import LIKELY, can_hold, hold_probability
-from ichain_drake.control.planning.model import Batch, GraphModel, row, stack, take
+from ichain_drake.control.planning.model import Batch, row, stack, take
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
@@ -29,6 +29,7 @@ from ichain_drake.control.planning.search_node import SearchNode, cheaper, mark_
 from ichain_drake.control.planning.simulate import Outcome, settle, simulate
 from ichain_drake.control.planning.travel import parked_state
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _NOISES = 3.0  # that a goal is to be met by, where it can be
@@ -69,7 +70,7 @@ class Search:
 
     def __init__(
         self,
-        model: GraphModel,
+        model: InteractionModel,
         settings: SearchSettings,
         options: Repertoire,
         start: Mapping[str, FloatArray],

@@ -12,7 +12,6 @@ from ichain_drake.control.planning.drive_run import Run
 from ichain_drake.control.planning.model import (
     Batch,
     BoolArray,
-    GraphModel,
     is_change,
     row,
     take,
@@ -23,6 +22,7 @@ from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.stops import Stop, find_stops
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _SETTLE_TICKS = 3
@@ -51,7 +51,7 @@ class Outcome:
     probability: float = 1.0
 
 
-def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, dict[Interaction, BoolArray]]:
+def settle(model: InteractionModel, batch: Batch, parked: FloatArray) -> tuple[Batch, dict[Interaction, BoolArray]]:
     """What becomes of states with the robot away, and what is active then.
 
     Args:
@@ -70,7 +70,7 @@ def settle(model: GraphModel, batch: Batch, parked: FloatArray) -> tuple[Batch, 
 
 
 def simulate(
-    model: GraphModel,
+    model: InteractionModel,
     rows: Sequence[tuple[States, DriveOption]],
     parked: FloatArray,
     conditions: Sequence[Condition],

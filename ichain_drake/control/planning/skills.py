@@ -13,20 +13,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
-from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.status.events import SwitchingWindow
+from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.status.events import AFTER, SwitchingWindow, Windows
 from ichain_drake.state import FloatArray
 
 SkillFunction = Callable[[States, int], FloatArray]
 """A designer's own skill: states now, shape (n_variables,) each, and the number of the attempt -> robot states to pass,
 shape (n, n_root)."""
 
-_BEFORE, _AFTER = 4, 3  # ticks around an event
+OwnSkills = Mapping[tuple[Interaction, bool], SkillFunction]
+"""A designer's own skills, by interaction and whether they activate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +38,33 @@ class Skills:
         own: functions in place of what was learned, by interaction and whether they activate.
     """
 
-    activations: Mapping[Interaction, tuple[SwitchingWindow, ...]]
-    deactivations: Mapping[Interaction, tuple[SwitchingWindow, ...]]
-    own: Mapping[tuple[Interaction, bool], SkillFunction] = field(default_factory=dict)
+    activations: Windows
+    deactivations: Windows
+    own: OwnSkills = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, model: InteractionModel, own: OwnSkills | None = None) -> Skills:
+        """Those that a model's demonstrations show.
+
+        Args:
+            model: the learned graph.
+            own: a designer's functions in place of learned skills.
+
+        Raises:
+            InputError: if a function is for something that is no interaction of the robot.
+        """
+        mine = [e for e in model.graph.interactions if e.parent == model.graph.root]
+        for edge, _ in own or {}:
+            if edge not in mine:
+                raise InputError(
+                    f"a skill is given for {edge.name}; skills belong to the robot's own interactions, "
+                    f"{', '.join(e.name for e in mine)}"
+                )
+        return cls(model.activations, model.deactivations, dict(own or {}))
 
     def path(
         self,
-        model: GraphModel,
+        model: InteractionModel,
         edge: Interaction,
         activate: bool,
         states: States,
@@ -79,59 +99,13 @@ class Skills:
         return paths[order[(first + _spread(attempt, len(order))) % len(order)]]
 
 
-def learn_skills(
-    model: GraphModel,
-    pieces: Sequence[Demonstration],
-    own: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
-    known: Skills | None = None,
-) -> Skills:
-    """Collect the switching events of the robot's interactions with their surroundings.
-
-    Args:
-        model: the learned graph.
-        pieces: the demonstrations, with flags.
-        own: a designer's functions in place of learned skills.
-        known: events from before, which those of the pieces are added to.
-
-    Raises:
-        InputError: if a function is for something that is no interaction of the robot.
-    """
-    graph = model.graph
-    mine = [e for e in graph.interactions if e.parent == graph.root]
-    for edge, _ in own or {}:
-        if edge not in mine:
-            raise InputError(
-                f"a skill is given for {edge.name}; skills belong to the robot's own interactions, "
-                f"{', '.join(e.name for e in mine)}"
-            )
-    found: tuple[dict[Interaction, list[SwitchingWindow]], ...] = ({e: [] for e in mine}, {e: [] for e in mine})
-    jumps = jumping(graph.objects[graph.root].observable)
-    for piece in pieces:
-        root = piece.states(graph.root, graph.objects[graph.root])
-        for edge in mine:
-            flags = piece.table[edge.name].to_numpy(dtype=float) > 0.5
-            child = piece.states(edge.child, graph.objects[edge.child])
-            switches = np.flatnonzero(flags[1:] != flags[:-1]) + 1
-            for k, row in enumerate(switches):
-                first = max(row - _BEFORE, switches[k - 1] if k else 0)
-                # Nor do attempts that failed before belong to it: what jumps, jumps once.
-                other = np.flatnonzero((root[first:row, jumps] != root[row - 1, jumps]).any(axis=1))
-                first += int(other[-1]) + 1 if len(other) else 0
-                last = min(row + _AFTER + 1, switches[k + 1] if k + 1 < len(switches) else len(flags))
-                window = SwitchingWindow(root[first:last], child[row - 1], int(row - first))
-                found[0 if flags[row] else 1][edge].append(window)
-    before = ({}, {}) if known is None else (known.activations, known.deactivations)
-    on, off = ({e: (*w, *was.get(e, ())) for e, w in part.items()} for part, was in zip(found, before, strict=True))
-    return Skills(on, off, dict(own or {}))
-
-
 def _spread(attempt: int, count: int) -> int:
     """First the best, then ever others: 0, a third, two thirds, one, ..."""
     return 0 if attempt == 0 else (attempt * max(1, count // 4) + attempt // 4) % count
 
 
 def _moved(
-    model: GraphModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool, *, here: bool
+    model: InteractionModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool, *, here: bool
 ) -> FloatArray:
     """A window's path for the present states: relative to the object where its place matters.
 
@@ -153,7 +127,7 @@ def _moved(
 
 
 def _ranking(
-    model: GraphModel,
+    model: InteractionModel,
     edge: Interaction,
     windows: Sequence[SwitchingWindow],
     paths: Sequence[FloatArray],
@@ -167,7 +141,9 @@ def _ranking(
     batch = {n: np.repeat(np.asarray(states[n], dtype=float)[None], len(ends), axis=0) for n in model.graph.objects}
     batch[root] = ends
     if not activate:
-        return [int(k) for k in np.argsort(model.decide(edge, batch), kind="stable")]
+        # Opened and closed again at once the hand has not left: what was shown whole comes first.
+        left = np.array([len(w.root) - w.event for w in windows])
+        return [int(k) for k in np.lexsort((model.decide(edge, batch), left < min(AFTER + 1, left.max())))]
     # The object goes along once it is taken, so the row of the event itself is judged.
     batch[root] = np.array([p[min(w.event, len(p) - 1)] for p, w in zip(paths, windows, strict=True)])
     sure = model.decide(edge, batch)

@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ichain_drake.control.planning.model import GraphModel, row
+from ichain_drake.control.planning.model import row
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 _UNSHOWN = 0.05  # size of a motion that was not shown, as a share of that of others
 _DEPENDENT = 0.02  # of the largest singular value: smaller ones are noise
+_PARTS = (1.0, 0.5, 0.25, 0.125)
+_CORRECTIONS = 4
 
 
-def slope(model: GraphModel, edge: Interaction, states: States) -> tuple[FloatArray, FloatArray]:
+def slope(model: InteractionModel, edge: Interaction, states: States) -> tuple[FloatArray, FloatArray]:
     """What pushes of the robot do to the child of one of its interactions.
 
     Motions that were never shown while the interaction was active are small pushes: the model can't know much about
@@ -41,6 +45,54 @@ def slope(model: GraphModel, edge: Interaction, states: States) -> tuple[FloatAr
     return size, effect[:-1] - effect[-1]
 
 
+def led(
+    model: InteractionModel, edge: Interaction, states: States, wanted: FloatArray, tolerance: FloatArray
+) -> tuple[FloatArray, bool]:
+    """Where the robot has to be for its child to have changed, or to have come as far as a straight way leads.
+
+    The least motion by the model's slope is corrected by what the model says of it. A child that is turned moves aside
+    on a straight way of the robot: where what should stay would leave its place on the way, part of the way is gone.
+
+    Args:
+        model: the learned graph.
+        edge: from the robot.
+        states: shape (n_variables,) each.
+        wanted: changes of the child's variables, shape (n_child,); NaN where any will do.
+        tolerance: by which what should stay may move, shape (n_child,).
+
+    Returns:
+        State of the robot, shape (n_root,), and whether it is that of the whole change.
+    """
+    asked = np.flatnonzero(np.isfinite(wanted))
+    change, slack = wanted[asked], tolerance[asked]
+    stays = np.abs(change) <= slack
+    root = np.asarray(states[edge.parent], dtype=float)
+    goal = root
+    for part in _PARTS:
+        goal = _solved(model, edge, states, asked, part * change)
+        halfway = model.effect(edge, states, 0.5 * (root + goal))[asked] - model.effect(edge, states, root)[asked]
+        if (np.abs(halfway - 0.5 * part * change)[stays] <= slack[stays]).all():
+            return goal, part == 1.0
+    return goal, False
+
+
+def _solved(
+    model: InteractionModel, edge: Interaction, states: States, asked: NDArray[np.intp], change: FloatArray
+) -> FloatArray:
+    """State of the robot that changes some variables of the child, by Newton's method, as long as that comes nearer."""
+    root, child = (np.asarray(states[n], dtype=float) for n in (edge.parent, edge.child))
+    still = model.effect(edge, states, root)
+    goal, moved = root, np.zeros_like(child)
+    for _ in range(_CORRECTIONS):
+        size, by_push = slope(model, edge, {edge.parent: goal, edge.child: child + moved})
+        further = goal + least_motion(by_push[:, asked], change - moved[asked]) * size
+        after = model.effect(edge, states, further) - still
+        if goal is not root and np.linalg.norm(change - after[asked]) >= np.linalg.norm(change - moved[asked]):
+            break
+        goal, moved = further, after
+    return goal
+
+
 def least_motion(by_push: FloatArray, wanted: FloatArray) -> FloatArray:
     """The smallest combination of pushes that makes a change, shape (n_root,).
 
@@ -51,7 +103,7 @@ def least_motion(by_push: FloatArray, wanted: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(by_push.T, wanted, rcond=_DEPENDENT)[0])
 
 
-def independent(model: GraphModel, edge: Interaction, variables: Sequence[int]) -> bool:
+def independent(model: InteractionModel, edge: Interaction, variables: Sequence[int]) -> bool:
     """Whether the robot can change each of some variables of a child without the others, where it was shown to.
 
     Args:

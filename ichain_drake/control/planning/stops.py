@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from ichain_drake.control.planning.borders import Border, crossed
 from ichain_drake.control.planning.goals import gap, value_of
-from ichain_drake.control.planning.model import Batch, GraphModel
+from ichain_drake.control.planning.model import Batch
 from ichain_drake.control.planning.plan import Condition
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 
 _FAST = 0.5  # of a range, changed in a step: the middle is aimed at, where otherwise the range's begin is enough
 
@@ -22,7 +23,7 @@ class Predicted(Protocol):
     """A batch of predicted drives."""
 
     @property
-    def model(self) -> GraphModel: ...  # noqa: D102
+    def model(self) -> InteractionModel: ...  # noqa: D102
 
     @property
     def history(self) -> Sequence[Batch]: ...  # noqa: D102 - states after each step, shape (n, n_variables) each

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ichain_drake.control.planning.model import GraphModel
 from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray, StateSpace
 
@@ -39,10 +39,10 @@ def step_towards(space: StateSpace, now: FloatArray, goal: FloatArray, limit: Fl
 
 def jumping(space: StateSpace) -> np.ndarray:
     """Which variables can't change gradually, shape (n_variables,)."""
-    return np.array([v.kind in ("binary", "integer") for v in space.variables], dtype=bool)
+    return space.jump_mask
 
 
-def corners(model: GraphModel, states: States, goal: FloatArray, vias: Sequence[FloatArray]) -> list[FloatArray]:
+def corners(model: InteractionModel, states: States, goal: FloatArray, vias: Sequence[FloatArray]) -> list[FloatArray]:
     """States to pass on the way of the free robot to a goal, the goal last.
 
     The straight line, unless the classifiers say that it switches an interaction of the robot; then over the
@@ -78,7 +78,7 @@ def corners(model: GraphModel, states: States, goal: FloatArray, vias: Sequence[
     return [goal]
 
 
-def resting_states(model: GraphModel) -> list[FloatArray]:
+def resting_states(model: InteractionModel) -> list[FloatArray]:
     """Demonstrated states of the robot in which none of its interactions is active."""
     root = model.graph.root
     mine = [e for e in model.graph.interactions if e.parent == root]
@@ -90,7 +90,7 @@ def resting_states(model: GraphModel) -> list[FloatArray]:
     return [rows[k] for k in np.linspace(0, len(rows) - 1, min(len(rows), 200)).round().astype(int)]
 
 
-def parked_state(model: GraphModel, states: States) -> FloatArray:
+def parked_state(model: InteractionModel, states: States) -> FloatArray:
     """A demonstrated state of the robot in which it acts on nothing, as surely as possible, shape (n_root,).
 
     Args:
@@ -107,7 +107,7 @@ def parked_state(model: GraphModel, states: States) -> FloatArray:
 
 
 def _switches(
-    model: GraphModel,
+    model: InteractionModel,
     edges: Sequence[Interaction],
     states: States,
     legs: Sequence[tuple[FloatArray, FloatArray]],

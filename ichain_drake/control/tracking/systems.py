@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, State
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, State
 
 from ichain_drake.control.ticks import TickSystem
 from ichain_drake.control.tracking.move_to import MoveTo
@@ -98,3 +98,38 @@ class PathFollower(TickSystem):
     def decide(self, context: Context, state: State, tick: int) -> None:
         """Remember how far it has come."""
         state.get_mutable_discrete_state().set_value(self._progress, [self._reached(context)])
+
+
+class PathController(Diagram):
+    """A controller and the follower that tells it where the last object of its chain should be.
+
+    Ports: an input per object, as `Controller` has them, and `<followed>.measured`; outputs `hand_command`, `wanted`
+    and `progress`.
+
+    Args:
+        controller: decides.
+        path: to follow.
+        followed: name of the object that follows it.
+        space: its observable state space.
+        targets: indices of its two position variables in it.
+    """
+
+    def __init__(
+        self, controller: Controller, path: TimedPath, followed: str, space: StateSpace, targets: Sequence[int]
+    ) -> None:
+        super().__init__()
+        self.controller, self.followed, self.targets = controller, followed, tuple(targets)
+        self.follower = PathFollower(path, space, targets, controller.policy.lookahead)
+        builder = DiagramBuilder()
+        builder.AddSystem(controller)
+        builder.AddSystem(self.follower)
+        builder.Connect(self.follower.GetOutputPort("target"), controller.GetInputPort("target"))
+        for i in range(controller.num_input_ports()):
+            port = controller.get_input_port(i)
+            if port.get_name() != "target":
+                builder.ExportInput(port, port.get_name())
+        builder.ExportInput(self.follower.GetInputPort("measured"), f"{followed}.measured")
+        for system, name in ((controller, "hand_command"), (controller, "wanted"), (self.follower, "progress")):
+            builder.ExportOutput(system.GetOutputPort(name), name)
+        builder.BuildInto(self)
+        self.set_name("controller")

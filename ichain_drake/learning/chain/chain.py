@@ -12,7 +12,7 @@ from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.demonstrations.transitions import Transitions, collect_commands, collect_transitions
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph, Origin
-from ichain_drake.learning.chain.command import LearnedCommand
+from ichain_drake.learning.chain.command import LearnedCommand, learn_command
 from ichain_drake.learning.chain.link import (
     EstimatorSpec,
     ForwardSpec,
@@ -24,13 +24,14 @@ from ichain_drake.learning.chain.link import (
     specs_of,
 )
 from ichain_drake.learning.chain.models import ActionKind, ForwardModel, InverseModel
-from ichain_drake.learning.estimators import make_estimator
 from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.features import FeatureKind, planar_poses
-from ichain_drake.learning.frozen import FrozenModel, freeze
+from ichain_drake.learning.frozen import FrozenModel
 from ichain_drake.state import FloatArray
 
-_COMMAND_DEGREES = (1, 2, 3)
+DEMONSTRATIONS = "demonstrations"
+"""Source of what was learned in this run, from demonstrations."""
+
 _SAME_SURPRISE = 0.005
 
 
@@ -96,7 +97,7 @@ class LearnedLink:
     parent_upper: FloatArray
     parent_scale: FloatArray
     robot_seconds: float = 0.0
-    source: str = "demonstrations"
+    source: str = DEMONSTRATIONS
 
     @property
     def is_static(self) -> bool:
@@ -139,6 +140,17 @@ class LearnedChain:
     def names(self) -> tuple[str, ...]:
         """Objects along the chain, robot first."""
         return (self.links[0].interaction.parent, *(link.interaction.child for link in self.links))
+
+    def advance(self, now: Mapping[str, FloatArray], after: dict[str, FloatArray]) -> None:
+        """One tick of all objects behind the robot.
+
+        Args:
+            now: states at t, shape (n, n_variables).
+            after: has the robot's at t + 1; is given the others'.
+        """
+        for link in self.links:
+            parent, child = link.interaction.parent, link.interaction.child
+            after[child] = link.forward.model.predict(now[child], now[parent], after[parent])
 
 
 def _usable_features(data: Transitions, kinds: Sequence[FeatureKind]) -> list[FeatureKind]:
@@ -231,30 +243,6 @@ def learn_link(
         np.maximum(data.parent_next.std(axis=0), 1e-9),
         robot_seconds,
     )
-
-
-def learn_command(commands: FloatArray, states: FloatArray) -> FrozenModel | None:
-    """The command that brings the hand to a wanted state: corrects what the hand does systematically off.
-
-    Args:
-        commands, states: hand commands, and the hand states they led to, shape (n, n_hand).
-
-    Returns:
-        The map, of the degree with the best cross-validation score; None where it does no better than commanding
-        the wanted state itself.
-    """
-    plain = float(np.mean((commands - states) ** 2))
-    best, best_error = None, plain
-    for degree in _COMMAND_DEGREES:
-        estimator = make_estimator("polynomial", degree=degree)
-        try:
-            estimator.fit(states, commands)
-        except InputError:
-            continue
-        error = float(np.mean(estimator.residual_std_**2))
-        if error < best_error:
-            best, best_error = estimator, error
-    return None if best is None else freeze(best)
 
 
 def _learn_robot(pieces: Sequence[Demonstration], graph: InteractionGraph, first: LearnedLink) -> LearnedCommand:

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from ichain_drake.errors import InputError
 from ichain_drake.graph import Origin
-from ichain_drake.learning.frozen import FrozenModel
+from ichain_drake.learning.estimators import make_estimator
+from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.state import FloatArray
+
+_DEGREES = (1, 2, 3)
 
 
 @dataclass(frozen=True)
@@ -26,3 +32,27 @@ class LearnedCommand:
     upper: FloatArray
     hand_limit: FloatArray
     origin: Origin | None = None
+
+
+def learn_command(commands: FloatArray, states: FloatArray) -> FrozenModel | None:
+    """The command that brings the hand to a wanted state: corrects what the hand does systematically off.
+
+    Args:
+        commands, states: hand commands, and the hand states they led to, shape (n, n_hand).
+
+    Returns:
+        The map, of the degree with the best cross-validation score; None where it does no better than commanding
+        the wanted state itself.
+    """
+    plain = float(np.mean((commands - states) ** 2))
+    best, best_error = None, plain
+    for degree in _DEGREES:
+        estimator = make_estimator("polynomial", degree=degree)
+        try:
+            estimator.fit(states, commands)
+        except InputError:
+            continue
+        error = float(np.mean(estimator.residual_std_**2))
+        if error < best_error:
+            best, best_error = estimator, error
+    return None if best is None else freeze(best)

@@ -23,8 +23,8 @@ from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 Source = Literal["parent", "parent_change", "child", "aligned_change", "received", "mixing"]
 View = Literal["plain", "cos", "sin"]
 
-_EMPTY = 1.0  # noises of a difference
-_BACKFLOW = 3.0  # an apparent flow the wrong way, beyond so many noises of a difference, is none
+EMPTY = 1.0  # noises of a difference
+BACKFLOW = 3.0  # an apparent flow the wrong way, beyond so many noises of a difference, is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,16 +57,6 @@ class Column:
     floor: float = 0.0
     turns: tuple[int, ...] = ()
 
-    @property
-    def parent_variables(self) -> tuple[int, ...]:
-        """Indices of the parent's variables that it depends on."""
-        if self.source == "child":
-            return ()
-        if self.source == "aligned_change":
-            assert self.alignment is not None
-            return (*self.alignment.parent.indices, *self.alignment.angles)
-        return (self.index, self.mixes[0]) if self.source == "mixing" else (self.index,)
-
     def declares(self, variable: int) -> bool:
         """Whether, by its role, a variable of the child may change by just this: moved, turned, received, mixed."""
         if self.source == "aligned_change":
@@ -91,13 +81,13 @@ class Column:
             assert self.alignment is not None
             return (self.alignment.place(parent_next) - self.alignment.place(parent))[..., self.index]
         left = parent[..., self.index] - parent_next[..., self.index]
-        received = np.where(left < -_BACKFLOW * self.floor, 0.0, left)
+        received = np.where(left < -BACKFLOW * self.floor, 0.0, left)
         if self.source == "received":
             return received
         theirs, amount, own = self.mixes
         total = np.maximum(child[..., amount], 0.0) + np.maximum(received, 0.0)
         # In an all but empty child the share is one noise divided by another; it fades in as there is something to mix.
-        share = np.minimum(received * total / (total**2 + (_EMPTY * self.floor) ** 2 + 1e-24), 1.0)
+        share = np.minimum(received * total / (total**2 + (EMPTY * self.floor) ** 2 + 1e-24), 1.0)
         return share * (parent_next[..., theirs] - child[..., own])
 
     def _seen(self, value: FloatArray) -> FloatArray:

@@ -101,11 +101,6 @@ class Screening:
         """Sum of `errors`."""
         return float(self.errors(columns).sum())
 
-    @property
-    def zero_errors(self) -> FloatArray:
-        """Squared error of each group where nothing is predicted, shape (n_groups,)."""
-        return self._judge[2]
-
     def select(self, most: int = 4) -> list[int]:
         """Forward selection, one column or a pair at a time."""
         chosen: list[int] = []

@@ -68,6 +68,11 @@ class GaussianProcess(FrozenModel):
         """Number of outputs."""
         return len(self.weights)
 
+    @property
+    def mean_parts(self) -> list[FrozenModel]:
+        """Models of the scaled inputs whose sum is the mean: the bumps and, where there is one, the trend."""
+        return [self._bumps, *([self._trend] if self._has_trend else [])]
+
     def _value(self, z: FloatArray) -> FloatArray:
         value = self._bumps._value(z)
         return value + self._trend._value(z) if self._has_trend else value

@@ -6,16 +6,13 @@ from ichain_drake.learning.library.browse_graphs import GraphSummary, list_graph
 from ichain_drake.learning.library.files import graph_name, is_graph_name, link_name
 from ichain_drake.learning.library.graphs import load_fitting, load_graph, save_graph
 from ichain_drake.learning.library.load import load_command, load_link, load_links
-from ichain_drake.learning.library.parts import LibraryParts, load_parts
+from ichain_drake.learning.library.parts import load_parts
 from ichain_drake.learning.library.save import save_chain, save_link
-from ichain_drake.learning.library.saved_graph import KnownGraph
 from ichain_drake.learning.library.transfer import add_to_library
 
 __all__ = [
     "GraphSummary",
-    "KnownGraph",
     "LearnedCommand",
-    "LibraryParts",
     "LinkSummary",
     "add_to_library",
     "check_library",

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ichain_drake.errors import InputError
-from ichain_drake.files import is_folder
+from ichain_drake.files import MOST_BYTES, MOST_JSON, is_folder, read_whole
 
 MANIFEST = "manifest.json"
 _WEIGHTS = re.compile(r"[a-z0-9_]+\.npz")
@@ -33,7 +33,7 @@ def link_name(parent_type: str, child_type: str) -> str:
     """
     if not parent_type or not child_type:
         raise InputError(f"link {parent_type!r} to {child_type!r}: an object type is empty; give both a type")
-    return f"{_safe(parent_type)}-{_safe(child_type)}"
+    return f"{safe_name(parent_type)}-{safe_name(child_type)}"
 
 
 def graph_name(name: str) -> str:
@@ -44,7 +44,7 @@ def graph_name(name: str) -> str:
     """
     if not name:
         raise InputError("a saved graph needs a name; give the scenario's")
-    return f"graph.{_safe(name)}"
+    return f"graph.{safe_name(name)}"
 
 
 def is_graph_name(name: str) -> bool:
@@ -52,7 +52,8 @@ def is_graph_name(name: str) -> bool:
     return _GRAPH.fullmatch(name) is not None
 
 
-def _safe(name: str) -> str:
+def safe_name(name: str) -> str:
+    """A name as part of a file's: letters, digits and `_` of ASCII as they are, other bytes as `%` and two digits."""
     plain = (c if c.isascii() and (c.isalnum() or c == "_") else c.encode(errors="surrogatepass") for c in name)
     return "".join(c if isinstance(c, str) else "".join(f"%{byte:02x}" for byte in c) for c in plain)
 
@@ -135,10 +136,8 @@ def read_files(folder: Path) -> dict[str, bytes]:
                 f"{folder / entry.name}: is no part of a link and is not opened: a link is {MANIFEST} and plain "
                 "arrays in .npz files; remove it"
             )
-        try:
-            files[entry.name] = (folder / entry.name).read_bytes()
-        except OSError as error:
-            raise InputError(f"{folder / entry.name}: can't be read ({error.strerror})") from None
+        most = MOST_JSON if entry.name == MANIFEST else MOST_BYTES
+        files[entry.name] = read_whole(folder / entry.name, "a part of a saved link", most)
     if MANIFEST not in files:
         raise InputError(f"{folder}: holds no {MANIFEST}, so it is no saved link")
     return files

@@ -10,23 +10,24 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.frozen.model import Array
+from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.library.encoding import encode
 from ichain_drake.learning.library.files import MANIFEST, graph_name, item_folders, sha256, write_files
 from ichain_drake.learning.library.fit import check_graph
 from ichain_drake.learning.library.manifest import TIME_CONVENTION, space_fields, write_manifest
-from ichain_drake.learning.library.parts import LibraryParts, load_parts
+from ichain_drake.learning.library.parts import load_parts
 from ichain_drake.learning.library.save import current_versions
-from ichain_drake.learning.library.saved_graph import GRAPH, WEIGHTS, Contents, KnownGraph, SavedGraph
+from ichain_drake.learning.library.saved_graph import GRAPH, WEIGHTS, Contents, SavedGraph
 from ichain_drake.learning.library.weights import pack_arrays
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.timing import TICK
 
 
-def save_graph(known: KnownGraph, library: Path, name: str) -> Path:
+def save_graph(model: InteractionModel, library: Path, name: str) -> Path:
     """Save a learned graph in a folder of its own, `graph.<name>`, in place of an earlier one of that name.
 
     Args:
-        known: what was learned.
+        model: what was learned.
         library: the library's folder; made where it doesn't exist.
         name: by which it will be loaded, such as the scenario's.
 
@@ -37,7 +38,7 @@ def save_graph(known: KnownGraph, library: Path, name: str) -> Path:
         InputError: if something in it can't be saved (a number that is not finite, a bad hash), or the library can't
             be written; an earlier graph is kept then.
     """
-    model, arrays = known.model, dict[str, Array]()
+    arrays = dict[str, Array]()
     contents = Contents(
         edges=model.edges,
         passive={n: p.variables for n, p in model.passive.items()},
@@ -48,8 +49,8 @@ def save_graph(known: KnownGraph, library: Path, name: str) -> Path:
         noise=model.noise,
         pieces=model.pieces,
         findings=model.findings,
-        activations=dict(known.activations),
-        deactivations=dict(known.deactivations),
+        activations=dict(model.activations),
+        deactivations=dict(model.deactivations),
     )
     tree = encode(contents, "model", arrays)
     files = {WEIGHTS: pack_arrays(arrays)}
@@ -60,16 +61,16 @@ def save_graph(known: KnownGraph, library: Path, name: str) -> Path:
         "objects": {n: space_fields(space) for n, space in model.graph.objects.items()},
         "interactions": {e.name: _scores(model, e) for e in model.graph.interactions},
         "model": tree,
-        "robot_seconds": float(known.robot_seconds),
+        "robot_seconds": float(model.robot_seconds),
         "versions": current_versions(),
-        "demonstrations_sha256": known.demonstrations_sha256,
+        "demonstrations_sha256": model.demonstrations_sha256,
         "files": {file: sha256(data) for file, data in files.items()},
     }
     manifest = write_manifest(fields, f"graph {name}", GRAPH)
     return write_files(library, graph_name(name), {MANIFEST: manifest} | files)
 
 
-def load_graph(library: Path, name: str, graph: InteractionGraph) -> KnownGraph | None:
+def load_graph(library: Path, name: str, graph: InteractionGraph) -> InteractionModel | None:
     """Load what a library knows about a graph. Versions of Python, Drake and scikit-learn don't matter.
 
     Args:
@@ -78,7 +79,7 @@ def load_graph(library: Path, name: str, graph: InteractionGraph) -> KnownGraph 
         graph: the graph at hand: its objects must have the names, variables, units, kinds and roles of the saved one.
 
     Returns:
-        The model and switching events; None where the library has no graph of that name.
+        The model; None where the library has no graph of that name.
 
     Raises:
         InputError: if there is no such library, it holds what is no part of one, or the graph in it is damaged,
@@ -91,7 +92,7 @@ def load_graph(library: Path, name: str, graph: InteractionGraph) -> KnownGraph 
         return SavedGraph.read(folder).known(graph)
 
 
-def load_fitting(library: Path, name: str, graph: InteractionGraph) -> KnownGraph | LibraryParts:
+def load_fitting(library: Path, name: str, graph: InteractionGraph) -> InteractionModel | KnownParts:
     """Load all that a library's graphs know about the graph at hand.
 
     Args:
@@ -115,7 +116,7 @@ def load_fitting(library: Path, name: str, graph: InteractionGraph) -> KnownGrap
             check_graph(saved.manifest, saved.graph(), graph, str(folder))
         except InputError as error:
             parts = load_parts(library, name, graph)
-            if len(parts.known.elsewhere) == len(parts.known.edges):
+            if len(parts.elsewhere) == len(parts.edges):
                 raise error from None
             return parts
         return saved.known(graph)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import json_value
 from ichain_drake.learning.chain.models import ActionKind
 from ichain_drake.learning.features import FeatureKind
 from ichain_drake.learning.library.files import MANIFEST, is_weights_name, sha256
@@ -132,10 +133,6 @@ def write_manifest(fields: Mapping[str, Any], where: str, form: ManifestForm = L
     return (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
 
 
-def _no_constant(name: str) -> float:
-    raise ValueError(f"{name} is no number")
-
-
 def read_manifest(files: Mapping[str, bytes], folder: Path, form: ManifestForm = LINK) -> dict[str, Any]:
     """The manifest of a link, checked in itself and against the weight files beside it.
 
@@ -150,9 +147,9 @@ def read_manifest(files: Mapping[str, bytes], folder: Path, form: ManifestForm =
     """
     where = str(folder / MANIFEST)
     try:
-        content = json.loads(files[MANIFEST].decode(), parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{where}: is no complete JSON file ({error}); save the link anew") from None
+        content = json_value(files[MANIFEST], where)
+    except InputError as error:
+        raise InputError(f"{error}; save the link anew") from None
     version = content.get("format") if isinstance(content, dict) else None
     if version is not None and is_form(version, int) and version > form.version:
         raise InputError(

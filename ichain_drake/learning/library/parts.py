@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,49 +14,14 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.known import KnownObject, KnownParts, typical_row
 from ichain_drake.learning.library.files import graph_name, is_graph_name, item_folders
 from ichain_drake.learning.library.fit import check_space, check_time
-from ichain_drake.learning.library.saved_graph import KnownGraph, SavedGraph
+from ichain_drake.learning.library.saved_graph import SavedGraph
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.renaming import renamed, seen_by
-from ichain_drake.learning.status.events import SwitchingWindow
-
-Windows = Mapping[Interaction, tuple[SwitchingWindow, ...]]
+from ichain_drake.learning.status.events import Windows
 
 
-@dataclass(frozen=True)
-class LibraryParts:
-    """What a library's graphs know about a graph at hand.
-
-    Attributes:
-        known: the interactions that fit, and their objects.
-        activations, deactivations: demonstrated events of those that are the robot's.
-        sources: where each was found: the saved graph's folder, and its name there where that is another.
-        robot_seconds: what recording its demonstrations took of the robot then, with all others of its graph [s].
-        reasons: why each of the other interactions was not taken.
-    """
-
-    known: KnownParts = field(default_factory=KnownParts)
-    activations: Windows = field(default_factory=dict)
-    deactivations: Windows = field(default_factory=dict)
-    sources: Mapping[Interaction, str] = field(default_factory=dict)
-    robot_seconds: Mapping[Interaction, float] = field(default_factory=dict)
-    reasons: Mapping[Interaction, str] = field(default_factory=dict)
-
-    def without(self, reasons: Mapping[Interaction, str]) -> LibraryParts:
-        """The same, without some interactions, for these reasons; an object all of whose known ones go is forgotten."""
-        kept = {e for e in self.known.edges if e not in reasons}
-        gone = {e.child for e in reasons} - {e.child for e in kept}
-        return LibraryParts(
-            self.known.without(reasons, gone),
-            {e: w for e, w in self.activations.items() if e in kept},
-            {e: w for e, w in self.deactivations.items() if e in kept},
-            {e: s for e, s in self.sources.items() if e in kept},
-            {e: s for e, s in self.robot_seconds.items() if e in kept},
-            {**self.reasons, **reasons},
-        )
-
-
-def load_parts(library: Path, name: str, graph: InteractionGraph) -> LibraryParts:
+def load_parts(library: Path, name: str, graph: InteractionGraph) -> KnownParts:
     """Every interaction of a graph that a library's saved graphs know.
 
     The graph that was saved by the same name is looked at first, the others in the order of their names. An interaction
@@ -73,7 +38,7 @@ def load_parts(library: Path, name: str, graph: InteractionGraph) -> LibraryPart
         InputError: if there is no such library, it holds what is no part of one, or a graph in it is damaged, edited or
             of a newer format; names the file and field.
     """
-    found = LibraryParts(reasons=dict.fromkeys(graph.interactions, "the library knows no such interaction"))
+    found = KnownParts(reasons=dict.fromkeys(graph.interactions, "the library knows no such interaction"))
     own = graph_name(name)
     folders = [folder for folder in item_folders(library) if is_graph_name(folder.name)]
     with threadpool_limits(limits=1, user_api="blas"):  # the trial evaluations, as everywhere
@@ -82,7 +47,7 @@ def load_parts(library: Path, name: str, graph: InteractionGraph) -> LibraryPart
     return found
 
 
-def _with_graph(found: LibraryParts, saved: SavedGraph, graph: InteractionGraph, *, elsewhere: bool) -> LibraryParts:
+def _with_graph(found: KnownParts, saved: SavedGraph, graph: InteractionGraph, *, elsewhere: bool) -> KnownParts:
     theirs, folder = saved.graph(), saved.folder
     try:
         check_time(saved.manifest, str(folder))
@@ -90,12 +55,12 @@ def _with_graph(found: LibraryParts, saved: SavedGraph, graph: InteractionGraph,
         return replace(found, reasons={e: str(error) for e in found.reasons})
     known = saved.known(theirs)
     reasons = dict(found.reasons)
-    for edge in [e for e in graph.interactions if e not in found.known.edges]:
+    for edge in [e for e in graph.interactions if e not in found.edges]:
         try:
             match = _counterpart(edge, graph, theirs, folder)
             if match is None:
                 continue
-            names = _names(edge, match, known.model, graph, folder)
+            names = _names(edge, match, known, graph, folder)
         except InputError as error:
             reasons[edge] = str(error)
             continue
@@ -174,33 +139,30 @@ def _is_near(obj: str, edge: Interaction, graph: InteractionGraph) -> bool:
 
 
 def _with_edge(
-    found: LibraryParts,
+    found: KnownParts,
     edge: Interaction,
     match: Interaction,
     names: Mapping[str, str],
-    saved: KnownGraph,
+    model: InteractionModel,
     graph: InteractionGraph,
     folder: Path,
     *,
     elsewhere: bool,
-) -> LibraryParts:
-    parts, model = found.known, saved.model
+) -> KnownParts:
     near = {old: new for old, new in names.items() if old in (match.parent, match.child) or _is_near(new, edge, graph)}
     learned = renamed(model.edges[match], near, graph)
     learned = replace(learned, examples=renamed(model.edges[match], names, graph).examples)
     ends = {edge.parent: match.parent, edge.child: match.child}
-    objects = {new: _about(model, old, graph, new) for new, old in ends.items() if new not in parts.objects}
-    return LibraryParts(
-        KnownParts(
-            {**parts.edges, edge: learned},
-            {**parts.objects, **objects},
-            [*parts.elsewhere, *([edge] if elsewhere else [])],
-        ),
-        {**found.activations, **_windows(saved.activations, match, edge)},
-        {**found.deactivations, **_windows(saved.deactivations, match, edge)},
-        {**found.sources, edge: str(folder) + ("" if match == edge else f": {match.name}")},
-        {**found.robot_seconds, edge: saved.robot_seconds},
-        found.reasons,
+    objects = {new: _about(model, old, graph, new) for new, old in ends.items() if new not in found.objects}
+    return replace(
+        found,
+        edges={**found.edges, edge: learned},
+        objects={**found.objects, **objects},
+        elsewhere=(*found.elsewhere, *([edge] if elsewhere else [])),
+        activations={**found.activations, **_windows(model.activations, match, edge)},
+        deactivations={**found.deactivations, **_windows(model.deactivations, match, edge)},
+        sources={**found.sources, edge: str(folder) + ("" if match == edge else f": {match.name}")},
+        robot_seconds={**found.robot_seconds, edge: model.robot_seconds},
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.chain.chain import LearnedChain, LearnedLink
+from ichain_drake.learning.chain.chain import DEMONSTRATIONS, LearnedChain, LearnedLink
 from ichain_drake.learning.chain.command import LearnedCommand
 from ichain_drake.learning.chain.link import EstimatorSpec, Scored
 from ichain_drake.learning.library.files import MANIFEST, link_name, sha256, write_files
@@ -20,9 +20,6 @@ from ichain_drake.learning.library.manifest import TIME_CONVENTION, space_fields
 from ichain_drake.learning.library.transfer import copy_link
 from ichain_drake.learning.library.weights import pack
 from ichain_drake.timing import TICK
-
-DEMONSTRATIONS = "demonstrations"
-"""`LearnedLink.source` of a link that was learned in this run."""
 
 _PACKAGES = ("drake", "scikit-learn", "numpy", "ichain_drake")
 

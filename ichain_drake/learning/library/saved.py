@@ -38,11 +38,18 @@ class SavedLink(SavedItem):
 
     def verify(self) -> None:
         """See `SavedItem`."""
+        self.described()
+
+    def described(self) -> tuple[LearnedLink, LearnedCommand | None]:
+        """Its models for objects as the manifest describes them, and where they were then.
+
+        Raises:
+            InputError: as `link`.
+        """
         parent, child = self._spaces()
         self.check_fit(parent, child, self.manifest["targets"])
         origin = self._origin(parent)
-        self.link(Interaction("parent", "child"), parent, child, origin)
-        self.command(parent, origin)
+        return self.link(Interaction("parent", "child"), parent, child, origin), self.command(parent, origin)
 
     def check_fit(self, parent: StateSpace, child: StateSpace, targets: Sequence[str]) -> None:
         """Refuse a link that is not for these state spaces and targets; see `ichain_drake.learning.library.fit`.

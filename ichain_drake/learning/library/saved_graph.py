@@ -45,26 +45,8 @@ GRAPH = ManifestForm(_FORM, 3, lambda content: [WEIGHTS])
 
 
 @dataclass(frozen=True)
-class KnownGraph:
-    """Everything that was learned about a graph.
-
-    Attributes:
-        model: status, effects and passive dynamics.
-        activations, deactivations: demonstrated events of each interaction of the robot.
-        robot_seconds: simulated time that recording the demonstrations took of the robot [s].
-        demonstrations_sha256: hash of the demonstrations, 64 hexadecimal digits.
-    """
-
-    model: InteractionModel
-    activations: Mapping[Interaction, tuple[SwitchingWindow, ...]]
-    deactivations: Mapping[Interaction, tuple[SwitchingWindow, ...]]
-    robot_seconds: float
-    demonstrations_sha256: str
-
-
-@dataclass(frozen=True)
 class Contents:
-    """What the field `model` of a manifest stands for; attributes as those of `InteractionModel` and `KnownGraph`."""
+    """What the field `model` of a manifest stands for; attributes as those of `InteractionModel`."""
 
     edges: dict[Interaction, LearnedInteraction]
     passive: dict[str, tuple[PassiveVariable, ...]]
@@ -107,7 +89,7 @@ class SavedGraph(SavedItem):
         except InputError as error:
             raise self._refusal("objects, interactions", str(error)) from None
 
-    def known(self, graph: InteractionGraph) -> KnownGraph:
+    def known(self, graph: InteractionGraph) -> InteractionModel:
         """What was learned, for a graph that fits.
 
         Raises:
@@ -132,15 +114,14 @@ class SavedGraph(SavedItem):
             noise=found.noise,
             pieces=found.pieces,
             findings=found.findings,
+            activations=found.activations,
+            deactivations=found.deactivations,
+            robot_seconds=float(self.manifest["robot_seconds"]),
+            demonstrations_sha256=self.manifest["demonstrations_sha256"],
+            source=str(self.folder.parent),
         )
         self._check_use(model)
-        return KnownGraph(
-            model,
-            found.activations,
-            found.deactivations,
-            float(self.manifest["robot_seconds"]),
-            self.manifest["demonstrations_sha256"],
-        )
+        return model
 
     def _check_complete(self, found: Contents, graph: InteractionGraph) -> None:
         """Refuse contents that are not about all of the graph, or have arrays of another shape than its states."""

@@ -78,6 +78,18 @@ class InputChoice:
                 chosen = fewer
         return chosen
 
+    def open(self, chosen: Sequence[Candidate], candidates: Sequence[Candidate]) -> list[Candidate]:
+        """What adds more than chance to a choice, though not clearly: boxes can't tell; those that add most first.
+
+        Args:
+            chosen: the choice.
+            candidates: all of them.
+        """
+        free = [c for c in candidates if c not in chosen and not c.caused]
+        gains = [float(self._gains(chosen, c).sum()) for c in free]
+        order = np.argsort(-np.array(gains), kind="stable")
+        return [free[k] for k in order if gains[k] > np.log(len(candidates))]
+
     def tells(self, candidate: Candidate) -> bool:
         """Whether an input by itself clearly tells some rows in which the interaction is inactive."""
         return clearly(self._gains([], candidate))

@@ -17,6 +17,7 @@ import numpy as np
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.alignment import Alignment
+from ichain_drake.learning.status.candidates import input_noise
 from ichain_drake.learning.status.choice import Candidate
 from ichain_drake.learning.status.inputs import (
     PlaceInput,
@@ -26,7 +27,7 @@ from ichain_drake.learning.status.inputs import (
     candidate_inputs,
     objects_of,
 )
-from ichain_drake.learning.status.status import StatusModel, input_choice, input_noise
+from ichain_drake.learning.status.status import StatusModel, input_choice
 from ichain_drake.state import FloatArray
 
 _BEYOND = 0.3  # of what was shown while active, as for a box classifier

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ichain_drake.graph import Interaction
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.status.scores import switches
 from ichain_drake.state import FloatArray
 
 MOST_EXAMPLES = 200
 """Rows at most that are kept of either status."""
+
+BEFORE, AFTER = 4, 3
+"""Ticks kept around an event: the direction of the approach, and of the retreat."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,10 @@ class SwitchingWindow:
     event: int
 
 
+Windows = Mapping[Interaction, tuple[SwitchingWindow, ...]]
+"""Demonstrated events of one direction, for each interaction of the robot."""
+
+
 def collect_examples(data: GraphData, edge: Interaction) -> EdgeExamples:
     """All switching events of an interaction, and samples of both statuses."""
     found: list[list[tuple[int, int]]] = [[], []]
@@ -74,6 +83,34 @@ def collect_examples(data: GraphData, edge: Interaction) -> EdgeExamples:
             part += [(k, int(r)) for r in rows]
     flag = data.flag(edge)
     return EdgeExamples(_switching(data, found[0]), _switching(data, found[1]), _drawn(data, flag), _drawn(data, ~flag))
+
+
+def collect_windows(pieces: Sequence[Demonstration], graph: InteractionGraph) -> tuple[Windows, Windows]:
+    """Activations and deactivations of the robot's interactions, each with its surroundings.
+
+    Args:
+        pieces: the demonstrations, with flags.
+        graph: the interaction graph.
+    """
+    mine = [e for e in graph.interactions if e.parent == graph.root]
+    found: tuple[dict[Interaction, list[SwitchingWindow]], ...] = ({e: [] for e in mine}, {e: [] for e in mine})
+    jumps = graph.objects[graph.root].observable.jump_mask
+    for piece in pieces:
+        root = piece.states(graph.root, graph.objects[graph.root])
+        for edge in mine:
+            flags = piece.table[edge.name].to_numpy(dtype=float) > 0.5
+            child = piece.states(edge.child, graph.objects[edge.child])
+            events = np.flatnonzero(flags[1:] != flags[:-1]) + 1
+            for k, row in enumerate(events):
+                first = max(row - BEFORE, events[k - 1] if k else 0)
+                # Nor do attempts that failed before belong to it: what jumps, jumps once.
+                other = np.flatnonzero((root[first:row, jumps] != root[row - 1, jumps]).any(axis=1))
+                first += int(other[-1]) + 1 if len(other) else 0
+                last = min(row + AFTER + 1, events[k + 1] if k + 1 < len(events) else len(flags))
+                window = SwitchingWindow(root[first:last], child[row - 1], int(row - first))
+                found[0 if flags[row] else 1][edge].append(window)
+    on, off = ({e: tuple(w) for e, w in part.items()} for part in found)
+    return on, off
 
 
 def _switching(data: GraphData, events: list[tuple[int, int]]) -> Switching:

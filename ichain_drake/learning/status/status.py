@@ -23,25 +23,19 @@ from ichain_drake.learning.frozen import FrozenModel, InputScaling, freeze
 from ichain_drake.learning.selection import by_part, calibrated, calibration_error, clearly, least_slip
 from ichain_drake.learning.spec import InteractionSpec, make_classifier
 from ichain_drake.learning.status.box import Box
+from ichain_drake.learning.status.candidates import states_around, status_candidates
 from ichain_drake.learning.status.choice import Candidate, InputChoice, input_scales
 from ichain_drake.learning.status.inputs import (
-    DifferenceInput,
-    PlaceInput,
-    RelativeInput,
     States,
     StatusInput,
-    ValueInput,
-    candidate_inputs,
     objects_of,
 )
+from ichain_drake.learning.status.relative import relative_if_as_good
 from ichain_drake.learning.status.scores import event_f1, f1
 from ichain_drake.state import FloatArray
 
 _FOLDS = 5
 _MARGINS = (0.0, 0.05, 0.1, 0.2)
-_SURE = 2.0  # standard errors by which the place of something must say more than its place relative to the other
-_AROUND = 4  # rows to either side that the mean of what stands still is taken over: a third of its noise is left
-_STILL = 4.0  # noises from their median, within which all of them are of something that stands still
 
 
 @dataclass(frozen=True)
@@ -136,28 +130,17 @@ def learn_status(
         return always_active(len(truth))
     candidates = status_candidates(data, edge, alignments, noise, affected)
     choice = input_choice(data, edge)
-    chosen = _relative_if_as_good(choice, choice.choose(candidates), candidates) or _of_ends(candidates, edge)
-    raw = np.hstack([c.item(_states(data, edge)) for c in chosen])
-    floor = np.concatenate([c.noise for c in chosen])
-    offset, scale = input_scales(raw, truth, floor)
-    x, floor = (raw - offset) / scale, floor / scale
-    fold = left_out_folds(truth, piece)
-    best, *others = spec.status_estimators
-    decisions = _left_out(best, x, floor, truth, fold, edge)
-    slip = least_slip(truth)
-    likelihood = calibrated(decisions, truth, slip)[2]
-    for other in others:
-        theirs = _left_out(other, x, floor, truth, fold, edge)
-        rows = calibrated(theirs, truth, slip)[2]
-        if clearly(by_part(rows - likelihood, piece), len(others)):
-            best, decisions, likelihood = other, theirs, rows
+    chosen, candidates = relative_if_as_good(choice, choice.choose(candidates), candidates)
+    trial = _Trial.of(data, edge, chosen or _of_ends(candidates, edge), spec)
+    trial = _told_by_classifiers(trial, choice, candidates, data, edge, spec)
+    best, decisions, slip, x, floor = trial.best, trial.decisions, least_slip(truth), trial.x, trial.floor
     before = np.concatenate([[False], truth[:-1] & (piece[1:] == piece[:-1])])
     margin, spread, slip, rows = _with_memory(decisions, truth, before, piece)
     held = decisions + margin * before
     return StatusModel(
-        inputs=tuple(c.item for c in chosen),
-        offset=offset,
-        scale=scale,
+        inputs=tuple(c.item for c in trial.chosen),
+        offset=trial.offset,
+        scale=trial.scale,
         frozen=_fit(best, x, floor, truth, edge),
         margin=margin,
         spread=spread,
@@ -175,34 +158,76 @@ def learn_status(
     )
 
 
-def _relative_if_as_good(
-    choice: InputChoice, chosen: Sequence[Candidate], candidates: Sequence[Candidate]
-) -> list[Candidate]:
-    """The place of one end relative to the other in place of its place, where it is not surely worse.
+@dataclass(frozen=True)
+class _Trial:
+    """Some inputs with the estimator that is likeliest on rows left out.
 
-    What is beside the other wherever that is can't be told from what is at a place while the other stays there: the
-    roles say which of the two holds elsewhere.
+    Attributes:
+        chosen: the inputs.
+        offset, scale: of their columns.
+        x, floor: their scaled columns, shape (n, n_columns), and the noise of each.
+        best: the estimator.
+        decisions: of each row, by a fit that has not seen its fold, shape (n,).
+        likelihood: of each row's flag, shape (n,).
     """
-    out = list(chosen)
-    for relative in candidates:
-        if not isinstance(relative.item, RelativeInput):
+
+    chosen: list[Candidate]
+    offset: FloatArray
+    scale: FloatArray
+    x: FloatArray
+    floor: FloatArray
+    best: EstimatorSpec
+    decisions: FloatArray
+    likelihood: FloatArray
+
+    @staticmethod
+    def of(data: GraphData, edge: Interaction, chosen: list[Candidate], spec: InteractionSpec) -> _Trial:
+        truth, piece = data.flag(edge), data.piece_index()
+        raw = np.hstack([c.item(states_around(data, edge)) for c in chosen])
+        floor = np.concatenate([c.noise for c in chosen])
+        offset, scale = input_scales(raw, truth, floor)
+        x, floor = (raw - offset) / scale, floor / scale
+        fold, slip = left_out_folds(truth, piece), least_slip(truth)
+        best, *others = spec.status_estimators
+        decisions = _left_out(best, x, floor, truth, fold, edge)
+        likelihood = calibrated(decisions, truth, slip)[2]
+        for other in others:
+            theirs = _left_out(other, x, floor, truth, fold, edge)
+            rows = calibrated(theirs, truth, slip)[2]
+            if clearly(by_part(rows - likelihood, piece), len(others)):
+                best, decisions, likelihood = other, theirs, rows
+        return _Trial(chosen, offset, scale, x, floor, best, decisions, likelihood)
+
+    def beats(self, other: _Trial, piece: NDArray[np.intp], tried: int = 1) -> bool:
+        """Whether it is clearly likelier."""
+        return clearly(by_part(self.likelihood - other.likelihood, piece), tried)
+
+
+def _told_by_classifiers(
+    trial: _Trial,
+    choice: InputChoice,
+    candidates: Sequence[Candidate],
+    data: GraphData,
+    edge: Interaction,
+    spec: InteractionSpec,
+) -> _Trial:
+    """Inputs of which boxes can't tell whether they add something, put to the estimators; then what they make idle.
+
+    A region with a round or slanted border is no box: what is wrong at its corners may hide what an input tells.
+    """
+    piece, likely = data.piece_index(), [c for c in trial.chosen if not c.caused]
+    left = choice.open(likely, [c for c in candidates if c not in trial.chosen])
+    for candidate in left:
+        more = _Trial.of(data, edge, [*likely, candidate], spec)
+        if not more.beats(trial, piece, len(left)):
             continue
-        ends = objects_of(relative.item)
-        for k, c in enumerate(out):
-            if relative in out or not _is_place(c, ends):
-                continue
-            other = [*out[:k], relative, *out[k + 1 :]]
-            gains = by_part(choice.left_out(out) - choice.left_out(other), choice.piece)
-            out = out if gains.sum() > _SURE * np.sqrt(np.sum(gains**2)) else other
-        if relative in out and not relative.item.alignment.rows and any(_is_place(c, ends) for c in out):
-            # Beside it a place of an end would say once more, along other axes, what was shown while the other stood.
-            fewer = [c for c in candidates if not _is_place(c, ends)]
-            return choice.choose(fewer)
-    return out
-
-
-def _is_place(candidate: Candidate, objects: Sequence[str]) -> bool:
-    return isinstance(candidate.item, PlaceInput) and candidate.item.obj in objects
+        trial = more
+        for item in more.chosen[:-1]:
+            fewer = _Trial.of(data, edge, [c for c in trial.chosen if c is not item], spec)
+            if not trial.beats(fewer, piece, len(candidates)):
+                trial = fewer
+        likely = trial.chosen
+    return trial
 
 
 def _of_ends(candidates: Sequence[Candidate], edge: Interaction) -> list[Candidate]:
@@ -210,78 +235,11 @@ def _of_ends(candidates: Sequence[Candidate], edge: Interaction) -> list[Candida
     return [c for c in candidates if set(objects_of(c.item)) <= {edge.parent, edge.child}]
 
 
-def _states(data: GraphData, edge: Interaction) -> dict[str, FloatArray]:
-    return {n: data.stacked(n) for n in (edge.child, *data.graph.parents(edge.child))}
-
-
-def status_candidates(
-    data: GraphData,
-    edge: Interaction,
-    alignments: Mapping[Interaction, Alignment | None],
-    noise: Mapping[str, FloatArray],
-    affected: Collection[int] = (),
-) -> list[Candidate]:
-    """Everything that the status of an interaction may depend on, the likelier by its role first.
-
-    Args:
-        data, edge, alignments, noise, affected: as for `learn_status`.
-    """
-    states, truth, piece = _states(data, edge), data.flag(edge), data.piece_index()
-    ends, others = candidate_inputs(data, edge, alignments)
-    # Before an activation the child is as it was one row earlier: what follows from a status doesn't tell it.
-    first = np.concatenate([[True], piece[1:] != piece[:-1]])
-    earlier = np.where(first | np.concatenate([[False], truth[:-1]]), np.arange(len(truth)), np.arange(len(truth)) - 1)
-    lagged = states | {edge.child: states[edge.child][earlier]}
-    out = []
-    for item in (*ends, *others):
-        caused = _is_caused(item, edge, affected)
-        seen, floor = lagged if caused else states, input_noise(item, noise)
-        if isinstance(item, RelativeInput) and not item.alignment.rows:
-            # The one stands while the other passes: its noise would count against what is relative to it.
-            seen = {n: _rested(states[n], piece, noise[n]) for n in objects_of(item)}
-        out.append(Candidate(item, item(seen), floor, caused))
-    return out
-
-
-def _rested(values: FloatArray, piece: NDArray[np.intp], noise: FloatArray) -> FloatArray:
-    """Readings, shape (n, n_variables), with their mean over the rows around each in place of what stands still."""
-    out = values.copy()
-    for k in np.unique(piece):
-        rows = np.flatnonzero(piece == k)
-        index = rows[np.clip(np.arange(len(rows))[:, None] + np.arange(-_AROUND, _AROUND + 1), 0, len(rows) - 1)]
-        near = values[index]
-        still = (np.abs(near - np.median(near, axis=1, keepdims=True)) <= _STILL * noise).all(axis=1)
-        out[rows] = np.where(still, near.mean(axis=1), values[rows])
-    return out
-
-
 def input_choice(data: GraphData, edge: Interaction) -> InputChoice:
     """The choice of an interaction's inputs on some pieces."""
     truth, piece = data.flag(edge), data.piece_index()
     begins = np.concatenate([[True], ~truth[:-1] | (piece[1:] != piece[:-1])])
     return InputChoice(truth, piece, left_out_folds(truth, piece), begins)
-
-
-def _is_caused(item: StatusInput, edge: Interaction, affected: Collection[int]) -> bool:
-    """Whether an interaction changes what an input looks at; where child is relative to parent goes along."""
-    if isinstance(item, ValueInput):
-        return item.obj == edge.child and item.index in affected
-    return isinstance(item, PlaceInput) and item.obj == edge.child and not set(item.group.indices).isdisjoint(affected)
-
-
-def input_noise(item: StatusInput, noise: Mapping[str, FloatArray]) -> FloatArray:
-    """Noise of an input's columns, shape (n_columns,)."""
-    if isinstance(item, ValueInput):
-        return noise[item.obj][[item.index]]
-    if isinstance(item, DifferenceInput):
-        return np.hypot(noise[item.parent][[item.index[0]]], noise[item.child][[item.index[1]]])
-    # Along turned axes: the mean over the position's components.
-    if isinstance(item, RelativeInput):
-        two = item.alignment
-        parent = float(np.mean(noise[item.edge.parent][list(two.parent.indices)]))
-        child = float(np.mean(noise[item.edge.child][list(two.child.indices)]))
-        return np.full(len(two.parent.indices), np.hypot(parent, child))
-    return np.full(len(item.group.indices), float(np.mean(noise[item.obj][list(item.group.indices)])))
 
 
 def _fit(estimator: EstimatorSpec, x: FloatArray, noise: FloatArray, y: BoolArray, edge: Interaction) -> FrozenModel:

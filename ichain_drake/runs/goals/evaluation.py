@@ -11,8 +11,10 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError, WorkerLostError
+from ichain_drake.learning import InteractionModel
+from ichain_drake.runs.clusters.backend import Backend, opened
+from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.goals.fresh import FreshSeed, SharedTrial, record_pieces, try_to_learn
-from ichain_drake.runs.goals.knowledge import Knowledge
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.goals.status_accuracy import (
     LEAST_EVENTS,
@@ -32,7 +34,7 @@ from ichain_drake.runs.goals.variants import (
     possible_variants,
 )
 from ichain_drake.runs.row_file import RowFile
-from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_all, run_jobs
+from ichain_drake.runs.runner import EvaluationInterrupted, run_all, run_jobs
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.scenarios.goal_scenario import GoalScenario
 from ichain_drake.scenarios.probes import HasProbes
@@ -44,14 +46,14 @@ _HELD_OUT = (2, 8)  # seeds of held-out pieces: at least, at most
 _PROBES = 200  # inside, and as many near misses
 
 
-def check_graph_evaluation(scenario: GoalScenario, trials: int, methods: Sequence[str], jobs: int) -> None:
+def check_graph_evaluation(scenario: GoalScenario, trials: int, methods: Sequence[str]) -> None:
     """Refuse what `evaluate_goals` would refuse, before work starts.
 
     Raises:
         InputError: on an unknown method or case, a number out of range, or a setting that is for paths.
     """
     graph_spec(scenario.config)
-    if trials < 1 or jobs < 1:
+    if trials < 1:
         raise InputError("--trials and --jobs: give numbers from 1")
     if trials > MOST_TRIALS:
         raise InputError(f"--trials: at most {MOST_TRIALS} runs of one seed; choose another --seed for more")
@@ -68,7 +70,7 @@ class GoalEvaluation:
         goal: as text.
         trials: runs of each line.
         methods: only these; `method` or `method/case`; empty for all.
-        jobs: processes; the result does not depend on it.
+        workers: who works; the result does not depend on it.
         shared: runs that all have the demonstrations of the scenario's seed; starts, noise and faults are their own.
         fresh: runs with demonstrations of their own: of the scenario's seed and those that follow.
     """
@@ -78,7 +80,7 @@ class GoalEvaluation:
     goal: tuple[str, ...]
     trials: int
     methods: tuple[str, ...] = ()
-    jobs: int = 1
+    workers: Workers = Workers()
     shared: bool = True
     fresh: bool = False
 
@@ -116,16 +118,17 @@ def evaluate_goals(what: GoalEvaluation, progress: Say | None = None, rows: RowF
     Raises:
         InputError: as `check_graph_evaluation`, or on shared demonstrations that can't be learned from.
         EvaluationInterrupted: on Ctrl-C, with the trials that were finished.
-        WorkerLostError: if a process was killed, with the same.
+        WorkerLostError: if processes were killed again and again, with the same.
     """
-    check_graph_evaluation(what.scenario, what.trials, what.methods, what.jobs)
+    check_graph_evaluation(what.scenario, what.trials, what.methods)
     say: Say = progress or (lambda line, fraction: None)
     rows = rows or RowFile()
     found: dict[str, Any] = {"rows": [], "table": [], "classifiers": [], "skipped": {}, "held_out": {}}
     work: list[FreshSeed | SharedTrial] = []
     try:
-        work += _prepare(what, say, found)
-        run_jobs(work, what.jobs, rows, say)
+        with opened(what.workers, say) as backend:
+            work += _prepare(what, backend, say, found)
+            run_jobs(work, backend, rows, say, timeout=what.workers.trial_timeout)
     except WorkerLostError as lost:
         lost.found = found
         raise
@@ -145,7 +148,7 @@ def _order(work: Sequence[FreshSeed | SharedTrial]) -> Callable[[str], tuple[int
     return place.__getitem__
 
 
-def _prepare(what: GoalEvaluation, say: Say, found: dict[str, Any]) -> list[FreshSeed | SharedTrial]:
+def _prepare(what: GoalEvaluation, backend: Backend, say: Say, found: dict[str, Any]) -> list[FreshSeed | SharedTrial]:
     """Record and learn what trials share, score classifiers, and lay the trials out."""
     scenario, kind, overrides = what.scenario, what.kind, what.overrides
     pieces: list[Demonstration] = []
@@ -154,7 +157,7 @@ def _prepare(what: GoalEvaluation, say: Say, found: dict[str, Any]) -> list[Fres
         seeds = [scenario.seed + k for k in range(_HELD_OUT[0] + 1 if what.wants_scores else 1)]
         say(f"recording demonstrations of {len(seeds)} seed(s)", None)
         record = (delayed(record_pieces)(kind, overrides, scenario.physics, s) for s in seeds)
-        (pieces, *held_out) = run_all(record, what.jobs, "recording demonstrations")
+        (pieces, *held_out) = run_all(record, backend, "recording demonstrations")
 
     count = len(pieces) or PIECES[-1]
     variants = possible_variants(choose_variants(what.methods, scenario, count), scenario, overrides, found["skipped"])
@@ -171,11 +174,11 @@ def _prepare(what: GoalEvaluation, say: Say, found: dict[str, Any]) -> list[Fres
     learn = (
         delayed(try_to_learn)(scenario.graph, shown[:k] if isinstance(k, int) else pieces, k, spec) for k in needed
     )
-    learned = dict(zip(needed, run_all(learn, what.jobs, "learning"), strict=True))
+    learned = dict(zip(needed, run_all(learn, backend, "learning"), strict=True))
     if isinstance(learned.get(ALL_PIECES), str):
         raise InputError(str(learned[ALL_PIECES]))
     if what.wants_scores:
-        _score(what, pieces, held_out, cast("Knowledge", learned[ALL_PIECES]), say, found)
+        _score(what, pieces, held_out, cast("InteractionModel", learned[ALL_PIECES]), say, found)
     if what.shared:
         for v in variants:
             for number in range(what.trials):
@@ -188,7 +191,7 @@ def _score(
     what: GoalEvaluation,
     pieces: Sequence[Demonstration],
     held_out: list[list[Demonstration]],
-    known: Knowledge,
+    known: InteractionModel,
     say: Say,
     found: dict[str, Any],
 ) -> None:
@@ -209,16 +212,15 @@ def _score(
 
 
 def score_classifiers(
-    scenario: GoalScenario, knowledge: Knowledge, held_out: Sequence[Demonstration]
+    scenario: GoalScenario, model: InteractionModel, held_out: Sequence[Demonstration]
 ) -> list[dict[str, Any]]:
     """One line per interaction; see `held_out_scores` and `probe_scores`.
 
     Args:
         scenario: knows true regions if it is a `HasProbes`.
-        knowledge: what was learned.
+        model: what was learned.
         held_out: pieces that it was not learned from.
     """
-    model = knowledge.model
     with threadpool_limits(limits=1):
         scores = held_out_scores(model, held_out)
         lines = []

@@ -12,12 +12,12 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import IchainError
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.robot import Physics
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.goals.trial import Trial, run_trial, timed_trial, without_roles
 from ichain_drake.runs.goals.variants import NO_ROLES, GoalVariant, piece_order
+from ichain_drake.runs.learn import learn
 from ichain_drake.scenarios.base import Scenario
 
 Row = dict[str, Any]
@@ -31,7 +31,7 @@ def record_pieces(kind: type[Scenario], overrides: Sequence[str], physics: Physi
 
 def try_to_learn(
     graph: InteractionGraph, pieces: Sequence[Demonstration], key: str | int, spec: InteractionSpec
-) -> Knowledge | str:
+) -> InteractionModel | str:
     """Models, or why there are none: too few pieces are a finding, no mistake of the user's.
 
     Args:
@@ -41,7 +41,7 @@ def try_to_learn(
         spec: candidate estimators.
     """
     try:
-        return learn_graph(pieces, without_roles(graph) if key == NO_ROLES else graph, spec)
+        return learn(without_roles(graph) if key == NO_ROLES else graph, pieces, spec=spec)
     except IchainError as error:
         return " ".join(str(error).split())
 
@@ -52,11 +52,11 @@ class SharedTrial:
 
     Attributes:
         trial: what to run.
-        knowledge: what was learned, or why nothing was.
+        model: what was learned, or why nothing was.
     """
 
     trial: Trial
-    knowledge: Knowledge | str
+    model: InteractionModel | str
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -65,7 +65,7 @@ class SharedTrial:
 
     def run(self, ids: Collection[str]) -> Iterator[tuple[str, Row]]:
         """The row."""
-        yield self.ids[0], run_trial(self.trial, self.knowledge)
+        yield self.ids[0], run_trial(self.trial, self.model)
 
     def failed(self, name: str, reason: str) -> Row:
         """The row of a trial that raised."""
@@ -107,7 +107,7 @@ class FreshSeed:
         scenario = self.kind(self.overrides, self.physics, self.seed)
         pieces = record_pieces(self.kind, self.overrides, self.physics, self.seed)
         recorded, spec = time.monotonic() - began, graph_spec(scenario.config)
-        learned: dict[str | int, tuple[Knowledge | str, float, float]] = {}
+        learned: dict[str | int, tuple[InteractionModel | str, float, float]] = {}
         for name, variant in zip(self.ids, self.variants, strict=True):
             if name not in ids:
                 continue
@@ -117,9 +117,9 @@ class FreshSeed:
                 shown = piece_order(pieces, self.seed)[:key] if isinstance(key, int) else pieces
                 found = try_to_learn(scenario.graph, shown, key, spec)
                 learned[key] = found, time.process_time() - busy, time.monotonic() - wall
-            knowledge, busy, wall = learned[key]
+            model, busy, wall = learned[key]
             began = time.monotonic()
-            row, planning = timed_trial(self._trial(variant, len(pieces)), knowledge)
+            row, planning = timed_trial(self._trial(variant, len(pieces)), model)
             seconds = (busy, planning, recorded + wall + time.monotonic() - began)
             yield name, row | _times(*seconds)
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from ichain_drake.errors import IchainError, InputError
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.library import LibraryParts, load_parts
+from ichain_drake.learning import KnownParts
+from ichain_drake.learning.library import load_parts
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.runs.provenance import versions
 from ichain_drake.scenarios.base import Progress
@@ -64,7 +65,7 @@ def relearn_interaction(
         _run(ORIGINAL, original, goal, parts, say) if not lacking else _not_applied(ORIGINAL, lacking),
         _run(NOTHING, scenario, goal, parts, say) if not lacking else _not_applied(NOTHING, lacking),
         _run(ONE_LINK, scenario, goal, parts.without({edge: "asked for"}), say),
-        _run(ALL_LINKS, scenario, goal, LibraryParts(), say),
+        _run(ALL_LINKS, scenario, goal, KnownParts(), say),
     ]
     return {
         "scenario": scenario.name,
@@ -92,17 +93,17 @@ def _not_applied(way: str, why: str) -> Row:
     }
 
 
-def _run(way: str, scenario: GoalScenario, goal: Sequence[str], parts: LibraryParts, say: Progress) -> Row:
+def _run(way: str, scenario: GoalScenario, goal: Sequence[str], parts: KnownParts, say: Progress) -> Row:
     say(f"{way}: {scenario.name}")
     run = GraphRun(scenario, tuple(goal))
     row = _not_applied(way, "") | {"applied": True}
     try:
-        run_graph(run, knowledge=parts, progress=say)
+        run_graph(run, known=parts, progress=say)
     except IchainError as error:
         return row | {"reason": str(error)}
-    assert run.knowledge is not None
+    assert run.model is not None
     assert run.memory is not None
-    learned = [e.name for e in scenario.graph.interactions if e not in run.knowledge.parts.known.edges]
+    learned = [e.name for e in scenario.graph.interactions if e not in run.model.known.edges]
     return row | {
         "success": run.goal_reached,
         "control_steps": run.memory.tick,

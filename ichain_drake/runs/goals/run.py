@@ -3,37 +3,35 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from ichain_drake.control.execution.controller import GraphController
-from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
+from ichain_drake.control.execution.executor import ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.contradictions import Contradiction
 from ichain_drake.control.planning.format import count
 from ichain_drake.control.planning.goal_text import check_goal_text
-from ichain_drake.control.planning.goals import gap, value_of, words
+from ichain_drake.control.planning.goals import gap, parse_goal, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
-from ichain_drake.control.planning.skills import SkillFunction
-from ichain_drake.demonstrations import Demonstration, write_demonstrations
-from ichain_drake.demonstrations.quality import tell_findings
+from ichain_drake.control.planning.skills import OwnSkills
+from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
-from ichain_drake.learning import InteractionModel, InteractionSpec, read_pieces
-from ichain_drake.learning.library import LibraryParts
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_rest
-from ichain_drake.runs.goals.plan import make_goal
+from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.learn import Known, learn_rest
+from ichain_drake.runs.pieces import read_for, record_pieces
 from ichain_drake.runs.provenance import given_of, versions
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
 from ichain_drake.simulation.episode import EpisodeInterrupted, EpisodeLog
-from ichain_drake.simulation.goal_episode import GraphEpisode, look, start_command
-from ichain_drake.simulation.recorder import RecordingInterrupted
+from ichain_drake.simulation.goal_episode import GraphEpisode
+from ichain_drake.simulation.wiring import goal_controller, look, make_planner
 from ichain_drake.state import FloatArray
+from ichain_drake.world.world import World
 
 
 @dataclass
@@ -45,7 +43,7 @@ class GraphRun:
         expressions: the goal, as text; by default the scenario's own.
         number: of the run; keys start, noise and faults.
         pieces: demonstrations.
-        knowledge: learned from them, or from a library.
+        model: learned from them, or from a library.
         goal: in force; conditions with `start` refer to readings at the start.
         plan: the first plan, or why there is none.
         memory: of the execution.
@@ -62,7 +60,7 @@ class GraphRun:
     expressions: Sequence[str] = ()
     number: int = 0
     pieces: list[Demonstration] = field(default_factory=list)
-    knowledge: Knowledge | None = None
+    model: InteractionModel | None = None
     goal: Goal | None = None
     plan: Plan | NoPlan | None = None
     memory: Memory | None = None
@@ -76,11 +74,6 @@ class GraphRun:
 
     def __post_init__(self) -> None:
         self.expressions = tuple(self.expressions) or own_goal(self.scenario)
-
-    @property
-    def model(self) -> InteractionModel | None:
-        """What was learned, once it is."""
-        return None if self.knowledge is None else self.knowledge.model
 
     @property
     def goal_reached(self) -> bool:
@@ -125,21 +118,21 @@ class GraphRun:
         return {e.name: list(self.model.customary(e)) for e in self.memory.cautious}
 
     def _models(self) -> dict[str, Any]:
-        assert self.knowledge is not None
-        knowledge = self.knowledge
-        report: dict[str, Any] = knowledge.model.report()
+        assert self.model is not None
+        model = self.model
+        report: dict[str, Any] = model.report()
         edges = {}
-        for edge in knowledge.model.graph.interactions:
+        for edge in model.graph.interactions:
             found = report["interactions"][edge.name]
             edges[edge.name] = {
                 "samples": found["status"]["samples"],
-                "robot_seconds": knowledge.robot_seconds_of(edge),
+                "robot_seconds": model.robot_seconds_of(edge),
                 "score": found["status"]["f1"],
-                "source": knowledge.source_of(edge),
+                "source": model.source_of(edge),
                 **found,
             }
-            if edge in knowledge.parts.reasons:
-                edges[edge.name]["why_learned"] = knowledge.parts.reasons[edge]
+            if edge in model.known.reasons:
+                edges[edge.name]["why_learned"] = model.known.reasons[edge]
         return edges | {"passive": report["passive"], "pieces": report["pieces"], "warnings": report["warnings"]}
 
 
@@ -162,44 +155,14 @@ def describe(plan: Plan) -> list[dict[str, Any]]:
     ]
 
 
-def record_pieces(
-    run: GraphRun,
-    keep: Path | None = None,
-    say: Progress | None = None,
-    known: Collection[Interaction] = (),
-    *,
-    overwrite: bool = False,
-) -> None:
-    """Record demonstrations into `run`, writing each to the folder `keep` as soon as it is there.
-
-    Args:
-        run: its pieces are replaced.
-        keep: folder for them.
-        say: called with a line before each.
-        known: interactions that need none.
-        overwrite: whether files in that folder may be replaced.
-    """
-    run.pieces = []
-    try:
-        with threadpool_limits(limits=1):
-            for piece in run.scenario.record_demonstrations(say, [e.name for e in known]):
-                run.pieces.append(piece)
-                if keep is not None:
-                    write_demonstrations([piece], keep, overwrite=overwrite)
-    except RecordingInterrupted as stopped:
-        if keep is not None:
-            write_demonstrations([stopped.piece], keep, overwrite=overwrite)
-        raise
-
-
 def run_graph(
     run: GraphRun,
     *,
     demos: str | Path | None = None,
     keep_demos: str | Path | None = None,
-    knowledge: Knowledge | LibraryParts | None = None,
+    known: Known | None = None,
     spec: InteractionSpec | None = None,
-    own_skills: Mapping[tuple[Interaction, bool], SkillFunction] | None = None,
+    own_skills: OwnSkills | None = None,
     settings: ExecutorSettings | None = None,
     resampled: bool = False,
     progress: Progress | None = None,
@@ -210,8 +173,8 @@ def run_graph(
         run: with `scenario` and `expressions` set.
         demos: folder of demonstrations to learn from, in place of recording them.
         keep_demos: folder that recorded demonstrations are written to.
-        knowledge: what was learned before, in place of learning; of what a library knows in part, only the rest is
-            recorded and learned (see `load_what_fits`).
+        known: what was learned before, in place of learning; of what is known in part, only the rest is recorded and
+            learned (see `load`).
         spec: candidate estimators; default: those that the scenario's settings ask for.
         own_skills: a designer's functions, by interaction and whether they activate.
         settings: of the execution.
@@ -228,35 +191,38 @@ def run_graph(
     asked = graph_spec(run.scenario.config)
     check_goal_text(run.expressions, run.scenario.graph)
 
-    def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
+    def show(shown: Collection[Interaction]) -> Sequence[Demonstration]:
+        run.pieces = []
         if demos is not None:
-            run.pieces = read_pieces(demos, run.scenario.graph, known, resampled=resampled, say=say)
-            tell_findings(run.pieces, run.scenario.graph, say)
+            run.pieces = read_for(run.scenario, demos, shown, resampled=resampled, say=say)
         else:
-            record_pieces(run, keep_demos, say, known)
+            record_pieces(run.scenario, run.pieces, keep_demos, say, [e.name for e in shown])
         return run.pieces
 
-    if isinstance(knowledge, Knowledge):
-        run.knowledge = knowledge
-    else:
-        parts = knowledge or LibraryParts()
-        run.knowledge = learn_rest(show, run.scenario.graph, parts, spec or asked, own_skills, say)
+    model = run.model = learn_rest(show, run.scenario.graph, known, spec or asked, say)
     with threadpool_limits(limits=1):
         say("planning")
-        start = look(run.scenario, run.number)
-        run.goal = make_goal(run.expressions, run.knowledge.model, start)
-        _execute(run, run.knowledge, settings or ExecutorSettings(), say)
+        world = run.scenario.make_world(run.number)
+        run.goal = parse_goal(run.expressions, model, look(world))
+        _execute(run, model, run.goal, world, own_skills, settings or ExecutorSettings(), say)
 
 
-def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, say: Progress) -> None:
-    assert run.goal is not None
-    world, prepare = run.scenario.make_world(run.number)
+def _execute(
+    run: GraphRun,
+    model: InteractionModel,
+    wanted: Goal,
+    world: World,
+    own_skills: OwnSkills | None,
+    settings: ExecutorSettings,
+    say: Progress,
+) -> None:
+    planner = make_planner(model)
 
     def planned(
         now: States, goal: Goal, cautious: Collection[Interaction], contradictions: Sequence[Contradiction]
     ) -> Plan | NoPlan:
         began = time.process_time()
-        found = knowledge.planner.plan(now, goal, cautious, contradictions)
+        found = planner.plan(now, goal, cautious, contradictions)
         run.plan_seconds += time.process_time() - began
         if run.plan is None:
             run.plan = found
@@ -264,9 +230,10 @@ def _execute(run: GraphRun, knowledge: Knowledge, settings: ExecutorSettings, sa
         return found
 
     motion = run.scenario.make_motion() if isinstance(run.scenario, PlansMotion) else None
-    executor = Executor(knowledge.model, knowledge.skills, planned, run.goal, settings, motion)
-    controller = GraphController(executor, start_command(world, prepare))
-    episode = GraphEpisode(world, controller, prepare)
+    controller = goal_controller(
+        world, model, wanted, motion=motion, own_skills=own_skills, settings=settings, planner=planned
+    )
+    episode = GraphEpisode(world, controller)
     try:
         episode.run(settings.ticks + 10, lambda e: episode.memory.stopped)
     except KeyboardInterrupt:
@@ -305,4 +272,4 @@ def _wrong(run: GraphRun) -> str:
     return ""
 
 
-__all__ = ["GraphRun", "describe", "own_goal", "record_pieces", "run_graph"]
+__all__ = ["GraphRun", "describe", "own_goal", "run_graph"]

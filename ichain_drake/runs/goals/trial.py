@@ -14,11 +14,11 @@ from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import gap, value_of
 from ichain_drake.control.planning.model import span
 from ichain_drake.graph import InteractionGraph
+from ichain_drake.learning import InteractionModel
 from ichain_drake.robot import Physics
-from ichain_drake.runs.goals.knowledge import Knowledge
+from ichain_drake.runs.clusters.isolated import reason_of
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.runs.intervals import seed_words, success_interval
-from ichain_drake.runs.runner import reason_of
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.state import StateSpace
 
@@ -82,25 +82,25 @@ class Trial:
         return self.row() | {"reason": reason, "cause": ERROR}
 
 
-def run_trial(trial: Trial, knowledge: Knowledge | str) -> dict[str, Any]:
+def run_trial(trial: Trial, model: InteractionModel | str) -> dict[str, Any]:
     """One row.
 
     Args:
         trial: what to run.
-        knowledge: models, skills and planner; or why there are none.
+        model: what was learned; or why nothing was.
     """
-    return timed_trial(trial, knowledge)[0]
+    return timed_trial(trial, model)[0]
 
 
-def timed_trial(trial: Trial, knowledge: Knowledge | str) -> tuple[dict[str, Any], float]:
+def timed_trial(trial: Trial, model: InteractionModel | str) -> tuple[dict[str, Any], float]:
     """One row, and the processor time that planning took in its run [s]; arguments as for `run_trial`."""
-    if isinstance(knowledge, str):
-        return trial.row() | {"reason": knowledge, "cause": LEARNING}, 0.0
+    if isinstance(model, str):
+        return trial.row() | {"reason": model, "cause": LEARNING}, 0.0
     with threadpool_limits(limits=1):
         try:
             scenario = trial.kind(trial.overrides, trial.physics, trial.seed)
             run = GraphRun(scenario, trial.goal, number=trial.number)  # type: ignore[arg-type]
-            run_graph(run, knowledge=knowledge, settings=ExecutorSettings(monitors=trial.monitors))
+            run_graph(run, known=model, settings=ExecutorSettings(monitors=trial.monitors))
         except Exception as error:  # a trial that breaks off is a finding, whatever raised
             return trial.failed(reason_of(error)), 0.0
     return trial.row() | outcome(run), run.plan_seconds

@@ -3,34 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
-from ichain_drake.demonstrations import Demonstration, read_demonstrations
+from ichain_drake.demonstrations import Demonstration
 from ichain_drake.demonstrations.columns import column
-from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios.base import PathScenario, Progress
-
-
-def read_for(scenario: PathScenario, folder: Path, *, resampled: bool, say: Progress) -> list[Demonstration]:
-    """Read and check the demonstrations of a folder, and say what is odd about them.
-
-    Args:
-        scenario: that will learn from them.
-        folder: with the pieces.
-        resampled: whether to take pieces of another period to the library's.
-        say: called with a line on each thing that was done or found.
-
-    Raises:
-        InputError: as `read_demonstrations`, and if what follows paths is shown far from the plane.
-    """
-    pieces = read_demonstrations(folder, scenario.graph, resampled=resampled, say=say)
-    check_in_plane(pieces, scenario)
-    check_moves(pieces, scenario)
-    tell_findings(pieces, scenario.graph, say)
-    return pieces
+from ichain_drake.scenarios.base import PathScenario
 
 
 def check_moves(pieces: Sequence[Demonstration], scenario: PathScenario) -> None:

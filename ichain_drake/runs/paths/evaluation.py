@@ -15,6 +15,8 @@ from ichain_drake.errors import IchainError, InputError, WorkerLostError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedChain, LinkCandidates, learn_chain, replace_samples
 from ichain_drake.robot import Physics
+from ichain_drake.runs.clusters.backend import opened
+from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.following import follow, oracle_follow
 from ichain_drake.runs.paths.link_accuracy import (
@@ -24,10 +26,10 @@ from ichain_drake.runs.paths.link_accuracy import (
     measure_first_link,
 )
 from ichain_drake.runs.paths.result import PathResult
-from ichain_drake.runs.paths.run import check_settings
 from ichain_drake.runs.paths.summary import ORACLE, summarise
+from ichain_drake.runs.pieces import check_settings
 from ichain_drake.runs.row_file import RowFile
-from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_jobs
+from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
 from ichain_drake.scenarios.base import PathScenario
 
 FULL = 500
@@ -79,13 +81,13 @@ METHODS: tuple[str, ...] = (*dict.fromkeys(v.method for v in VARIANTS), ORACLE, 
 _LABELS = tuple(v.label for v in VARIANTS)
 
 
-def check_evaluation(scenario: PathScenario, trials: int, methods: Sequence[str], jobs: int) -> None:
+def check_evaluation(scenario: PathScenario, trials: int, methods: Sequence[str]) -> None:
     """Refuse what `evaluate_paths` would refuse, before work starts.
 
     Raises:
         InputError: on an unknown method, a number below 1, or bad settings.
     """
-    if trials < 1 or jobs < 1:
+    if trials < 1:
         raise InputError("--trials and --jobs: give numbers from 1")
     for method in methods:
         if method not in METHODS and method not in _LABELS:
@@ -103,7 +105,7 @@ def evaluate_paths(
     overrides: Sequence[str],
     trials: int,
     methods: Sequence[str] = (),
-    jobs: int = 1,
+    workers: Workers | None = None,
     progress: Say | None = None,
     rows: RowFile | None = None,
 ) -> dict[str, Any]:
@@ -117,7 +119,7 @@ def evaluate_paths(
         overrides: its settings, for the worker processes.
         trials: number of seeds.
         methods: only these; default all. `default` is that method at every number of samples, `default@500` at one.
-        jobs: processes; the result does not depend on it.
+        workers: who works; by default this process. The result does not depend on it.
         progress: called with a line and the fraction done.
         rows: what was found before, and where rows are kept.
 
@@ -127,28 +129,33 @@ def evaluate_paths(
     Raises:
         InputError: on an unknown method or a number below 1.
         EvaluationInterrupted: on Ctrl-C, with the seeds that were finished.
-        WorkerLostError: if a process was killed, with the same.
+        WorkerLostError: if processes were killed again and again, with the same.
     """
-    check_evaluation(scenario, trials, methods, jobs)
+    check_evaluation(scenario, trials, methods)
     chosen, cases = tuple(methods or METHODS), tuple(choose_paths(scenario))
     work = [
         PathSeed(type(scenario), tuple(overrides), scenario.physics, scenario.seed + k, chosen, cases)
         for k in range(trials)
     ]
-    rows = rows or RowFile()
+    rows, workers = rows or RowFile(), workers or Workers()
 
     def found() -> dict[str, Any]:
         flat = [row for seed in rows.of(i for job in work for i in job.ids) for row in seed]
         return {"rows": flat, "table": summarise(flat)}
 
     try:
-        run_jobs(work, jobs, rows, progress, lambda last, done, total: f"{done} of {total} seeds")
+        with opened(workers, progress) as backend:
+            run_jobs(work, backend, rows, progress, _label, workers.trial_timeout)
     except WorkerLostError as lost:
         lost.found = found()
         raise
     except KeyboardInterrupt:
         raise EvaluationInterrupted(found()) from None
     return found()
+
+
+def _label(last: str, done: int, total: int) -> str:
+    return f"{done} of {total} seeds"
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,14 @@ import numpy as np
 from ichain_drake.control.tracking.arrival import Arrival
 from ichain_drake.control.tracking.chain import ChainController
 from ichain_drake.control.tracking.path import TimedPath, paper_path_error, path_error
-from ichain_drake.control.tracking.systems import Controller
+from ichain_drake.control.tracking.systems import Controller, PathController
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.runs.paths.oracle import OraclePolicy
 from ichain_drake.runs.paths.result import PathResult
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.simulation.episode import EpisodeLog, follow_path
+from ichain_drake.simulation.wiring import path_controller
 from ichain_drake.timing import TICK
 
 
@@ -35,17 +36,13 @@ def follow(
         path: the timed path.
         number: of the run; keys its noise.
     """
-    world, prepare = scenario.make_world(path, number)
-    spaces = {n: scenario.graph.objects[n].observable for n in chain.names}
-    middle = (chain.command_lower + chain.command_upper) / 2
-    system = Controller(controller.policy, spaces, len(chain.targets), middle)
-    log, arrival = follow_path(world, system, prepare, path, scenario.target, chain.targets)
+    log, arrival = follow_path(scenario.make_world(path, number), path_controller(chain, controller, path))
     return measure_result(scenario, name, path, log, arrival, number)
 
 
 def oracle_follow(scenario: PathScenario, name: str, path: TimedPath, number: int) -> PathResult:
     """Follow one path with the oracle: the true model, the true states, the same noise."""
-    world, prepare = scenario.make_world(path, number)
+    world = scenario.make_world(path, number)
     graph = scenario.graph
     names = graph.chain(scenario.target)
     hand = graph.objects[names[0]]
@@ -64,9 +61,10 @@ def oracle_follow(scenario: PathScenario, name: str, path: TimedPath, number: in
     spaces = {n: graph.objects[n] for n in names}
     middle = np.mean(scenario.command_range(), axis=0)
     middle = middle if chart is None else chart.to_hand(middle)
-    system = Controller(policy, spaces, 2, middle, policy.sizes)  # type: ignore[arg-type]
-    indices = scenario.target_indices()
-    log, arrival = follow_path(world, system, prepare, path, scenario.target, indices, truth=names[1:])
+    decides = Controller(policy, spaces, 2, middle, policy.sizes)  # type: ignore[arg-type]
+    space = graph.objects[scenario.target].observable
+    system = PathController(decides, path, scenario.target, space, scenario.target_indices())
+    log, arrival = follow_path(world, system, truth=names[1:])
     if len(hand) != policy.sizes[0]:
         raise InputError("the oracle needs a hand without hidden variables")
     return measure_result(scenario, name, path, log, arrival, number)

@@ -133,8 +133,8 @@ def measure_first_link(scenario: PathScenario, chain: LearnedChain, count: int =
     asker = _Asker(MoveTo((level,), reach), [(robot, hand), (child, space)], wanted[:, targets])
 
     points = next(iter(scenario.reference_paths().values()))
-    world, prepare = scenario.make_world(TimedPath(points, scenario.path_limits()), _RUN)
-    episode = Episode(world, asker, prepare)
+    world = scenario.make_world(TimedPath(points, scenario.path_limits()), _RUN)
+    episode = Episode(world, asker)
     episode.run(_TICKS_EACH * count)
     log = episode.log()
 

@@ -140,14 +140,14 @@ def write_pictures(run: PathRun, folder: Path) -> list[Path]:
     return [file]
 
 
-def write_recording(run: PathRun, file: Path) -> None:
-    """Write the playback.
+def write_recording(run: PathRun, file: Path) -> list[Path]:
+    """Write the playback, if there is anything to play.
 
     Raises:
         InputError: if the file can't be written.
     """
-    if run.results:
-        scenario = run.scenario
-        write_playback(
-            make_recording(run), scenario.drawings(), file, plant=scenario.drawn_plant(), camera=scenario.view()
-        )
+    if not run.results:
+        return []
+    scenario = run.scenario
+    write_playback(make_recording(run), scenario.drawings(), file, plant=scenario.drawn_plant(), camera=scenario.view())
+    return [file]

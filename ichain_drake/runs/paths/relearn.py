@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,10 @@ from ichain_drake.control.tracking.chain import ChainController, make_controller
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import IchainError, InputError
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.chain.chain import LearnedChain, LearnedLink, learn_chain
-from ichain_drake.learning.chain.command import LearnedCommand
-from ichain_drake.learning.library import load_command, load_links
+from ichain_drake.learning import KnownParts
+from ichain_drake.learning.chain.chain import LearnedChain
+from ichain_drake.runs.learn import learn
+from ichain_drake.runs.library import load
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.evaluation import VARIANTS, learn_variant
 from ichain_drake.runs.paths.following import follow
@@ -36,20 +37,6 @@ WAYS = (ORIGINAL, NOTHING, ONE_LINK, ALL_LINKS, STALE, ANEW)
 learned anew; and one model from robot to target, learned before the change and after."""
 
 Row = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class _Saved:
-    """What the library has for a scenario."""
-
-    known: Mapping[str, LearnedLink]
-    command: LearnedCommand | None
-
-    @classmethod
-    def load(cls, library: Path, scenario: PathScenario) -> _Saved:
-        names = scenario.graph.chain(scenario.target)
-        known = load_links(library, scenario.graph, names, scenario.target_variables)
-        return cls(known, load_command(library, scenario.graph, names))
 
 
 def relearn_link(
@@ -84,9 +71,9 @@ def relearn_link(
     say = progress or (lambda line: None)
     with threadpool_limits(limits=1):
         edges = chain_edges(scenario, link)
-        saved = _Saved.load(library, scenario)
+        saved = _known(library, scenario)
         for edge in edges:
-            if edge not in saved.known and edge != link:
+            if edge not in saved.links and edge != link:
                 raise InputError(f"{library}: it has no link for {edge}; learn it first with `ichain learn`")
         gone = _factored(scenario, original, link, library, saved, say)
         gone |= _monolithic(scenario, original, saved, link, say)
@@ -121,18 +108,17 @@ def chain_edges(scenario: PathScenario, link: str) -> list[str]:
 
 
 def _factored(
-    scenario: PathScenario, original: PathScenario, link: str, library: Path, saved: _Saved, say: Progress
+    scenario: PathScenario, original: PathScenario, link: str, library: Path, saved: KnownParts, say: Progress
 ) -> dict[str, Callable[[], Row]]:
     """The chain with what the library has, and with less of it."""
     edges = chain_edges(scenario, link)
-    lacking = "" if link in saved.known else f"the library has no link for {link}"
+    lacking = "" if link in saved.links else f"the library has no link for {link}"
     pieces = cache(lambda: list(scenario.record_demonstrations(say)))
-    kept = {e: v for e, v in saved.known.items() if e != link}
-    one = _Saved(kept, saved.command if edges[0] != link else None)
+    one = saved.without({Interaction.parse(link): "asked for"})
 
     def before() -> tuple[LearnedChain, ChainController]:
         seen = list(original.record_demonstrations(say, set(edges)))  # for validation
-        return _learn(original, seen, _Saved.load(library, original))
+        return _learn(original, seen, _known(library, original))
 
     return {
         ORIGINAL: lambda: _failed(original, ORIGINAL, lacking) if lacking else _row(original, ORIGINAL, before, say),
@@ -142,29 +128,26 @@ def _factored(
             else _row(scenario, NOTHING, lambda: _learn(scenario, pieces(), saved), say)
         ),
         ONE_LINK: lambda: _row(scenario, ONE_LINK, lambda: _learn(scenario, pieces(), one), say),
-        ALL_LINKS: lambda: _row(scenario, ALL_LINKS, lambda: _learn(scenario, pieces(), _Saved({}, None)), say),
+        ALL_LINKS: lambda: _row(scenario, ALL_LINKS, lambda: _learn(scenario, pieces(), KnownParts()), say),
     }
 
 
+def _known(library: Path, scenario: PathScenario) -> KnownParts:
+    known = load(library, scenario)
+    assert isinstance(known, KnownParts)  # a chain's links
+    return known
+
+
 def _learn(
-    scenario: PathScenario, pieces: Sequence[Demonstration], saved: _Saved
+    scenario: PathScenario, pieces: Sequence[Demonstration], saved: KnownParts
 ) -> tuple[LearnedChain, ChainController]:
-    chain = learn_chain(
-        pieces,
-        scenario.graph,
-        scenario.target,
-        scenario.target_variables,
-        scenario.config.learning.candidates(),
-        scenario.robot_seconds(),
-        known=saved.known,
-        known_command=saved.command,
-    )
+    chain = learn(scenario, pieces, known=saved).for_paths()
     control = scenario.config.control
     return chain, make_controller(chain, control.method, scenario.path_limits(), control.candidates())
 
 
 def _monolithic(
-    scenario: PathScenario, original: PathScenario, saved: _Saved, link: str, say: Progress
+    scenario: PathScenario, original: PathScenario, saved: KnownParts, link: str, say: Progress
 ) -> dict[str, Callable[[], Row]]:
     """A model from the robot straight to the target, from as many samples as all links together: before and after."""
     config = scenario.config
@@ -178,7 +161,7 @@ def _monolithic(
         row = _row(scenario, ANEW, lambda: learn(scenario), say)
         return row | {"robot_seconds": row["new_samples"] * TICK}
 
-    new = link == chain_edges(scenario, link)[-1] and link not in saved.known
+    new = link == chain_edges(scenario, link)[-1] and link not in saved.links
     reason = f"what it was learned to move is not there: {scenario.target} is new"
     return {
         STALE: lambda: (

@@ -11,6 +11,7 @@ import numpy as np
 from ichain_drake.control.tracking.chain import ChainController
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.learning import InteractionModel
 from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.runs.provenance import given_of, versions
 from ichain_drake.scenarios.base import PathScenario
@@ -74,7 +75,7 @@ class PathRun:
         scenario: what runs.
         paths: to follow, by name.
         pieces: demonstrations.
-        chain: learned links.
+        model: learned from them, or from a library.
         controller: built from them.
         results: one per followed path.
         reason: why the goal was or was not reached.
@@ -85,12 +86,17 @@ class PathRun:
     scenario: PathScenario
     paths: dict[str, TimedPath] = field(default_factory=dict)
     pieces: list[Demonstration] = field(default_factory=list)
-    chain: LearnedChain | None = None
+    model: InteractionModel | None = None
     controller: ChainController | None = None
     results: list[PathResult] = field(default_factory=list)
     reason: str = "interrupted"
     started: float = field(default_factory=time.monotonic)
     smooth: bool = False
+
+    @property
+    def chain(self) -> LearnedChain | None:
+        """Learned links, once there are."""
+        return None if self.model is None else self.model.chain
 
     @property
     def goal_reached(self) -> bool:

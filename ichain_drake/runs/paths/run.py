@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,38 +9,16 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import make_controller
 from ichain_drake.control.tracking.turns import check_turns, smooth_path
-from ichain_drake.demonstrations import Demonstration, write_demonstrations
-from ichain_drake.errors import InputError, UnreachableError
-from ichain_drake.graph import InteractionGraph
-from ichain_drake.learning.chain.chain import LearnedLink, learn_chain
-from ichain_drake.learning.chain.command import LearnedCommand
-from ichain_drake.learning.estimators.trial import try_out
-from ichain_drake.runs.paths.demonstrations import read_for
+from ichain_drake.errors import UnreachableError
+from ichain_drake.learning import InteractionModel
+from ichain_drake.runs.learn import Known, learn
 from ichain_drake.runs.paths.following import follow, measure_result, oracle_follow
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.scenarios.base import PathScenario, Progress
+from ichain_drake.runs.pieces import check_settings, read_for, record_pieces
+from ichain_drake.scenarios.base import Progress
 from ichain_drake.simulation.episode import EpisodeInterrupted
-from ichain_drake.simulation.recorder import RecordingInterrupted, whole_frames
+from ichain_drake.simulation.recorder import whole_frames
 from ichain_drake.simulation.watching import watched_by
-from ichain_drake.timing import TICK
-
-
-def check_settings(scenario: PathScenario) -> None:
-    """Refuse estimators that learning would refuse, before minutes of recording; a scenario has checked the rest.
-
-    Raises:
-        InputError: on an unknown estimator or parameter; names the interaction.
-    """
-    tried: set[str] = set()
-    for name, link in scenario.config.learning.candidates().items():
-        for spec in (*link.forward, *link.inverse, *([link.screening] if link.screening else [])):
-            if str(spec) in tried:
-                continue
-            tried.add(str(spec))
-            try:
-                try_out(spec.make())
-            except (ValueError, TypeError) as error:  # InputError is one; constructors may raise both
-                raise InputError(f"{name}: {spec}: {error}") from None
 
 
 def run_paths(
@@ -49,9 +26,8 @@ def run_paths(
     *,
     demos: str | Path | None = None,
     keep_demos: str | Path | None = None,
-    known: Mapping[str, LearnedLink] | None = None,
-    known_command: LearnedCommand | None = None,
-    oracle: bool = True,
+    known: Known | None = None,
+    oracle: bool = False,
     resampled: bool = False,
     progress: Progress | None = None,
 ) -> None:
@@ -61,9 +37,8 @@ def run_paths(
         run: with `scenario` and `paths` set.
         demos: folder of demonstrations to learn from, in place of recording them.
         keep_demos: folder that recorded demonstrations are written to.
-        known: links from a library, by interaction name; what only they need is not demonstrated again.
-        known_command: what the library knows about commanding the hand.
-        oracle: whether to run the oracle on every path too.
+        known: what was learned before, in place of learning; of parts, what only they need is not demonstrated again.
+        oracle: whether to run the oracle on every path too; it takes longer than the run.
         resampled: whether to take demonstrations of another period to the library's.
         progress: called with a line at each step.
 
@@ -78,11 +53,13 @@ def run_paths(
     # One BLAS thread: the matrices are small, and sums must not depend on how many cores there are.
     with threadpool_limits(limits=1):
         try:
-            if demos is not None:
+            if isinstance(known, InteractionModel):
+                run.pieces = []
+            elif demos is not None:
                 run.pieces = read_for(run.scenario, demos, resampled=resampled, say=say)
             else:
-                record_pieces(run, keep_demos, say, set(known or ()))
-            learn_to_follow(run, known, known_command, say)
+                record_pieces(run.scenario, run.pieces, keep_demos, say, set(known.names if known else ()))
+            learn_to_follow(run, known, say)
             _follow_all(run, oracle, say)
         except UnreachableError as error:
             run.reason = str(error)
@@ -91,39 +68,29 @@ def run_paths(
 
 def learn_to_follow(
     run: PathRun,
-    known: Mapping[str, LearnedLink] | None = None,
-    known_command: LearnedCommand | None = None,
+    known: Known | None = None,
     say: Progress = lambda line: None,
 ) -> None:
     """Learn links and controller from the run's pieces; a path that they can't follow is refused.
 
     Args:
-        run: with pieces; is given `chain` and `controller`.
-        known, known_command: as for `run_paths`.
+        run: with pieces; is given `model` and `controller`.
+        known: as for `run_paths`.
         say: called with a line at each step.
 
     Raises:
         InputError: on bad demonstrations, or a path that turns too sharply.
     """
     scenario, control = run.scenario, run.scenario.config.control
-    run.chain = learn_chain(
-        run.pieces,
-        scenario.graph,
-        scenario.target,
-        scenario.target_variables,
-        scenario.config.learning.candidates(),
-        recorded_seconds(run.pieces, scenario.graph),
-        say,
-        known,
-        known_command,
-    )
+    run.model = learn(scenario, run.pieces, known=known, progress=say)
+    chain = run.model.for_paths()
     for name, path in run.paths.items():
         where = f"path {name}"
         if run.smooth:
-            run.paths[name], off = smooth_path(path, run.chain, where, scenario.unit)
+            run.paths[name], off = smooth_path(path, chain, where, scenario.unit)
             say(f"{where}: smoothed, by {off:.3g} {scenario.unit} at most")
-        check_turns(run.paths[name], run.chain, where, scenario.unit)
-    run.controller = make_controller(run.chain, control.method, scenario.path_limits(), control.candidates(), say)
+        check_turns(run.paths[name], chain, where, scenario.unit)
+    run.controller = make_controller(chain, control.method, scenario.path_limits(), control.candidates(), say)
 
 
 def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
@@ -152,43 +119,3 @@ def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
                 run.results[-1] = replace(result, oracle_reason="the oracle did not reach the path's end")
     lost = [f"{r.name} ({r.reason})" for r in run.results if not r.completed]
     run.reason = f"the end was not reached on: {', '.join(lost)}" if lost else "every path was followed to its end"
-
-
-def recorded_seconds(pieces: Sequence[Demonstration], graph: InteractionGraph) -> dict[str, float]:
-    """Simulated robot time that went into demonstrations, per interaction name [s].
-
-    A piece in which the robot was recorded took its time; one without it (somebody else moved the parent) did not.
-    """
-    out = {edge.name: 0.0 for edge in graph.interactions}
-    for piece in pieces:
-        if not piece.has(graph.root, graph.objects[graph.root]):
-            continue
-        for edge in graph.interactions:
-            if all(piece.has(end, graph.objects[end]) for end in (edge.parent, edge.child)):
-                out[edge.name] += (len(piece) - 1) * TICK
-    return out
-
-
-def record_pieces(
-    run: PathRun, keep: Path | None, say: Progress, known: Collection[str] = (), *, overwrite: bool = False
-) -> None:
-    """Record demonstrations, writing each as soon as it is there; what Ctrl-C leaves of a piece is written too.
-
-    Args:
-        run: gets them.
-        keep: folder for them.
-        say: called with a line before each.
-        known: interactions that need none.
-        overwrite: whether files in that folder may be replaced.
-    """
-    try:
-        with threadpool_limits(limits=1):  # as `run_paths`, whoever records
-            for piece in run.scenario.record_demonstrations(say, known):
-                run.pieces.append(piece)
-                if keep is not None:
-                    write_demonstrations([piece], keep, overwrite=overwrite)
-    except RecordingInterrupted as stopped:
-        run.pieces.append(stopped.piece)
-        if keep is not None:
-            write_demonstrations([stopped.piece], keep, overwrite=overwrite)
-        raise

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from scipy.stats import fisher_exact
 
 from ichain_drake.errors import InputError
+from ichain_drake.files import read_json
 
 LEVEL = 0.05
 """Chance, over all rows together, that any is called changed where none is."""
@@ -111,12 +111,7 @@ def read_scoreboard(file: Path) -> dict[str, Any]:
     Raises:
         InputError: if it is none.
     """
-    try:
-        report = json.loads(file.read_text())
-    except OSError as error:
-        raise InputError(f"{file}: can't read the earlier scoreboard: {error.strerror or error}") from None
-    except ValueError as error:
-        raise InputError(f"{file}: is no JSON: {error}; give the report of `ichain scoreboard`") from None
+    report = read_json(file, "the earlier scoreboard")
     lines = report.get("table") if isinstance(report, dict) else None
     if not isinstance(lines, list) or not all(isinstance(line, dict) and _is_line(line) for line in lines):
         raise InputError(f"{file}: is no scoreboard; give the report of `ichain scoreboard`")

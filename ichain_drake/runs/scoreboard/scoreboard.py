@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from ichain_drake.errors import WorkerLostError
+from ichain_drake.runs.clusters.backend import opened
+from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.row_file import RowFile
-from ichain_drake.runs.runner import EvaluationInterrupted, Say, run_jobs
+from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
 from ichain_drake.runs.scoreboard.cases import FIRST_SEED, Case
 from ichain_drake.runs.scoreboard.table import make_line
 from ichain_drake.runs.scoreboard.trials import make_jobs
@@ -16,7 +18,7 @@ from ichain_drake.runs.scoreboard.trials import make_jobs
 def run_scoreboard(
     cases: Sequence[Case],
     first_seed: int = FIRST_SEED,
-    jobs: int = 1,
+    workers: Workers | None = None,
     rows: RowFile | None = None,
     say: Say | None = None,
 ) -> dict[str, Any]:
@@ -25,7 +27,7 @@ def run_scoreboard(
     Args:
         cases: the rows, from `all_cases`.
         first_seed: of the first trial of every row; the others follow.
-        jobs: processes; the result does not depend on it, but for times.
+        workers: who works; by default this process. The result does not depend on it, but for times.
         rows: what was found before, and where rows are kept as they come.
         say: called with a line and the fraction done.
 
@@ -33,11 +35,11 @@ def run_scoreboard(
         `table` (one line a row, see `make_line`) and `rows` (one a trial, with the `row` that it belongs to).
 
     Raises:
-        InputError: on a number of jobs below 1.
+        InputError: if a cluster does not answer.
         EvaluationInterrupted: on Ctrl-C, with the trials that were finished.
-        WorkerLostError: if a process was killed, with the same.
+        WorkerLostError: if processes were killed again and again, with the same.
     """
-    rows = rows or RowFile()
+    rows, workers = rows or RowFile(), workers or Workers()
 
     def found() -> dict[str, Any]:
         table, flat = [], []
@@ -50,7 +52,8 @@ def run_scoreboard(
 
     work = make_jobs(cases, first_seed)
     try:
-        run_jobs(work, jobs, rows, say, _label)
+        with opened(workers, say) as backend:
+            run_jobs(work, backend, rows, say, _label, workers.trial_timeout)
     except WorkerLostError as lost:
         lost.found = found()
         raise

@@ -10,6 +10,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import IchainError
+from ichain_drake.runs.clusters.isolated import Job, reason_of
 from ichain_drake.runs.goals.fresh import FreshSeed
 from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.runs.goals.trial import ERROR, LEARNING
@@ -17,8 +18,8 @@ from ichain_drake.runs.goals.variants import MONITORS, GoalVariant
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.following import follow, oracle_follow
 from ichain_drake.runs.paths.result import PathResult, PathRun
-from ichain_drake.runs.paths.run import learn_to_follow, record_pieces
-from ichain_drake.runs.runner import Job, reason_of
+from ichain_drake.runs.paths.run import learn_to_follow
+from ichain_drake.runs.pieces import record_pieces
 from ichain_drake.runs.scoreboard.cases import NONE, Case
 from ichain_drake.scenarios.base import PathScenario
 
@@ -80,7 +81,7 @@ class PathTrials:
             first = self.cases[0]
             scenario: PathScenario = first.kind((), first.physics, self.seed)  # type: ignore[assignment] # see `_job`
             run = PathRun(scenario, choose_paths(scenario))
-            record_pieces(run, None, lambda line: None)
+            record_pieces(scenario, run.pieces)
             busy = time.process_time()
             try:
                 learn_to_follow(run)

@@ -128,7 +128,9 @@ def test_where_there_is_no_way_the_next_demonstrated_event_is_tried() -> None:
 
 def test_where_there_is_no_way_at_all_it_stops_and_says_why() -> None:
     run, world = with_motion(OverTheTop(blocked=True))
-    memory = drive(run, world)  # type: ignore[arg-type]
+    commands: list[FloatArray] = []
+    memory = drive(run, world, each=lambda m: commands.append(m.command))  # type: ignore[arg-type]
     assert (memory.mode, memory.cause) == (Mode.STOPPED, "reach")
     assert "the boom and the shed are in the way" in memory.reason
     assert "given up after 5 new plans" in memory.reason
+    np.testing.assert_array_equal(commands, np.tile(readings(fresh())["hand"], (len(commands), 1)))  # nor blindly away

@@ -10,7 +10,7 @@ from ichain_drake.control.execution.executor import Executor, Memory
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.planner import GraphPlanner
-from ichain_drake.control.planning.skills import learn_skills
+from ichain_drake.control.planning.skills import Skills
 from ichain_drake.demonstrations import Demonstration, column
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import learn_interactions
@@ -51,7 +51,7 @@ class Renamed(Executor):
 def test_every_command_is_the_same(water: float, seed: int) -> None:
     graph, shown = renamed_graph(), renamed_pieces()
     model = learn_interactions(shown, graph, QUICK)
-    skills, planner = learn_skills(model, shown), GraphPlanner(model)
+    skills, planner = Skills.of(model), GraphPlanner(model)
     world = fresh(seed)
     states = {OBJECTS[n]: v for n, v in readings(world).items()}
     wanted = f"{OBJECTS['box']}.{VARIABLES['box', 'water']} >= {water}"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from chest import GRAPH, SHUT, Chest, learned, readings
 
-from ichain_drake.control.execution.carrying import CarryTask
+from ichain_drake.control.planning.slope import led
 from ichain_drake.graph import Interaction
 
 LID = Interaction("hand", "lid")
@@ -30,7 +30,7 @@ def test_a_motion_that_was_not_shown_is_hardly_made(shown: float, aside: float) 
 
     def effect(edge: Interaction, states: dict[str, np.ndarray], parent_next: np.ndarray) -> np.ndarray:
         moved = parent_next - states["hand"]
-        return np.stack([0 * moved[:, 0], moved[:, Y] + moved[:, Z], 0 * moved[:, 0]], axis=1)
+        return np.stack([0 * moved[..., 0], moved[..., Y] + moved[..., Z], 0 * moved[..., 0]], axis=-1)
 
     step = np.array([0.0, 0.04, shown, 0.0])
     odd = SimpleNamespace(
@@ -40,7 +40,8 @@ def test_a_motion_that_was_not_shown_is_hardly_made(shown: float, aside: float) 
         edges={LID: SimpleNamespace(active_step=step)},
     )
     now = readings(Chest(1, inside=True))
-    view = SimpleNamespace(model=odd, command=np.array([*SHUT, 1.0]))
-    command = CarryTask(LID)._linearized(view, now, np.array([np.nan, 0.1, np.nan]))  # type: ignore[arg-type]
+    now["hand"] = np.array([*SHUT, 1.0])
+    command, whole = led(odd, LID, now, np.array([np.nan, 0.1, np.nan]), np.full(3, 0.001))  # type: ignore[arg-type]
+    assert whole
     assert command[Y] - SHUT[Y] == pytest.approx(0.1 - aside, abs=0.001)
     assert command[Z] - SHUT[Z] == pytest.approx(aside, abs=0.001)

@@ -14,13 +14,11 @@ from ichain_drake.control.execution.executor import Memory, Mode
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner, SearchSettings
-from ichain_drake.control.planning.skills import Skills
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel, InteractionSpec, learn_interactions
-from ichain_drake.learning.library import KnownGraph, load_graph, save_graph
-from ichain_drake.runs.goals.knowledge import Knowledge
+from ichain_drake.learning.library import load_graph, save_graph
 from ichain_drake.runs.goals.run import GraphRun
 from ichain_drake.state import FloatArray
 
@@ -53,8 +51,7 @@ def test_what_always_held_is_kept_beside_the_classifier() -> None:
 
 def test_the_report_says_what_was_asked_for_in_the_end() -> None:
     model = learned()[0]
-    known = Knowledge(model, Skills({}, {}), GraphPlanner(model))
-    finished = GraphRun(scenario=None, expressions=(OUT,), knowledge=known)  # type: ignore[arg-type]
+    finished = GraphRun(scenario=None, expressions=(OUT,), model=model)  # type: ignore[arg-type]
     assert finished.cautious == {}
     finished.memory = Memory(np.zeros(4), cautious=(TAKE,))
     assert finished.cautious == {"hand->ball": ["position of lid"]}
@@ -164,18 +161,13 @@ def test_names_and_order_play_no_part() -> None:
     np.testing.assert_array_equal(other.high, plain.edges[TAKE].customary.high)
 
 
-def known(model: InteractionModel) -> KnownGraph:
-    none = {e: () for e in (LID, TAKE)}
-    return KnownGraph(model, none, none, 1.0, "0123456789abcdef" * 4)
-
-
 @pytest.fixture(scope="module")
 def loaded(tmp_path_factory: pytest.TempPathFactory) -> InteractionModel:
     library = tmp_path_factory.mktemp("library")
-    save_graph(known(learned()[0]), library, "chest")
+    save_graph(learned()[0], library, "chest")
     found = load_graph(library, "chest", GRAPH)
     assert found is not None
-    return found.model
+    return found
 
 
 @settings(max_examples=30, deadline=None)
@@ -193,6 +185,6 @@ def test_conditions_that_fit_no_inputs_are_refused(tmp_path: Path, high: FloatAr
     model = learned()[0]
     edge = model.edges[TAKE]
     forged = replace(edge, customary=replace(edge.customary, high=high))
-    save_graph(known(replace(model, edges=model.edges | {TAKE: forged})), tmp_path, "chest")
+    save_graph(replace(model, edges=model.edges | {TAKE: forged}), tmp_path, "chest")
     with pytest.raises(InputError, match="model.edges, hand->ball, customary: low and high are no ranges"):
         load_graph(tmp_path, "chest", GRAPH)

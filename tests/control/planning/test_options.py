@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ichain_drake.control.planning.carries import CarryOption
-from ichain_drake.control.planning.options import _unseen
+from ichain_drake.control.planning.carries import CarryOption, find_carries
+from ichain_drake.control.planning.options import _unseen, find_drives
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -43,3 +43,55 @@ def test_what_was_passed_through_once_is_not_taken_for_seen() -> None:
 def test_without_positions_every_pose_is_as_good() -> None:
     seen = model([[0.5, 0.0]], roles=False)
     assert not _unseen(seen, carry(), np.array([[0.4, -0.8]]), np.array([0.5, 2.0])).any()  # type: ignore[arg-type]
+
+
+def test_a_drive_is_found_from_where_there_is_room_for_it() -> None:
+    """The fastest sample of a fire that grows with its heat stands just below the hottest there is."""
+    spaces = {n: StateSpace(n, (Variable("z", upper=1.0),)) for n in ("robot", "knob", "pot")}
+    turn, heat = Interaction("robot", "knob"), Interaction("knob", "pot")
+    still = np.zeros((40, 1))
+    samples = {"robot": still, "knob": still, "pot": np.linspace(0.2, 0.97, 40)[:, None]}
+
+    def step(states: dict, root: np.ndarray, active: object = None, *, strict: bool = True) -> tuple[dict, dict]:
+        return {"robot": root, "knob": states["knob"], "pot": np.minimum(states["pot"] * 1.01, 1.0)}, {}
+
+    examples = SimpleNamespace(active=samples)
+    fire = SimpleNamespace(
+        graph=InteractionGraph(spaces, ["robot->knob", "knob->pot"]),
+        edges={e: SimpleNamespace(examples=examples, effects=[SimpleNamespace(variable=0)]) for e in (turn, heat)},
+        passive={n: SimpleNamespace(variables=[SimpleNamespace(kind="hold")]) for n in ("knob", "pot")},
+        low=dict.fromkeys(spaces, np.zeros(1)),
+        high=dict.fromkeys(spaces, np.ones(1)),
+        noise=dict.fromkeys(spaces, np.full(1, 0.004)),
+        decide=lambda e, states: np.ones(len(states["pot"])),
+        step=step,
+    )
+    drives = find_drives(fire, ())  # type: ignore[arg-type]
+    assert [(d.chain, d.direction) for d in drives] == [((turn, heat), 1)]
+
+
+def test_what_is_spilled_by_tilting_does_not_follow_the_hand() -> None:
+    cup = StateSpace("cup", (Variable("z", "m"), Variable("tilt", "rad"), Variable("water", lower=0.0)))
+    graph = InteractionGraph({"robot": StateSpace("robot", (Variable("z", "m"), Variable("roll", "rad"))), "cup": cup},
+                             ["robot->cup"])  # fmt: skip
+    rng = np.random.default_rng(0)
+    pose = np.column_stack([rng.uniform(0, 0.5, 60), rng.uniform(-0.95, 0.3, 60)])
+    samples = {"robot": pose, "cup": np.column_stack([pose, np.full(60, 0.6)])}
+
+    def effect(edge: Interaction, states: dict, parent_next: np.ndarray) -> np.ndarray:
+        moved = parent_next - states["robot"]
+        return np.column_stack([moved, -0.3 * np.maximum(-0.9 - parent_next[:, 1], 0.0)])
+
+    examples = SimpleNamespace(active=samples, deactivations=SimpleNamespace(after=samples))
+    model = SimpleNamespace(
+        graph=graph,
+        edges={CARRY: SimpleNamespace(examples=examples)},
+        passive={"cup": SimpleNamespace(variables=[SimpleNamespace(kind="hold")] * 3)},
+        low={"cup": np.zeros(3)},
+        high={"cup": np.ones(3)},
+        noise={"cup": np.full(3, 0.001)},
+        step_limit={"robot": np.array([0.04, 0.2])},
+        effect=effect,
+    )
+    (carry,) = find_carries(model)  # type: ignore[arg-type]
+    assert carry.follow.tolist() == [0, 1]

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from small_job import GRAPH, fresh, learned, pieces, readings
+from small_job import GRAPH, fresh, learned, readings
 
-from ichain_drake.control.planning.skills import Skills, learn_skills
+from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.planning.travel import corners, resting_states, step_towards
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.status.events import SwitchingWindow
 
 BOX, VALVE = Interaction("hand", "box"), Interaction("hand", "valve")
 SPACE = GRAPH.objects["hand"]
@@ -43,10 +44,23 @@ def test_letting_go_keeps_the_grasp_until_it_opens() -> None:
     np.testing.assert_allclose(path[0, :3], [0.36, 0.09, 0.01], atol=0.004)
 
 
+def test_what_was_taken_again_at_once_was_no_letting_go() -> None:
+    model, skills, _ = learned()
+    states = readings(fresh()) | {"hand": np.array([0.36, 0.09, 0.01, 1.0])}
+    whole = skills.path(model, BOX, False, states, 0)
+    shown = skills.deactivations[BOX]
+    # However sure the classifier is of where it ended: it ended there because the hand was about to close again.
+    away = np.vstack([shown[0].root[: shown[0].event], shown[0].root[shown[0].event] + [0.5, 0.5, 0.5, 0.0]])
+    again = SwitchingWindow(away, shown[0].child, shown[0].event)
+    with_it = Skills(skills.activations, {BOX: (again, *shown)})
+    np.testing.assert_array_equal(with_it.path(model, BOX, False, states, 0), whole)
+    assert len(Skills(skills.activations, {BOX: (again,)}).path(model, BOX, False, states, 0)) > 0  # all there is
+
+
 def test_a_designers_function_stands_in() -> None:
     model, _, _ = learned()
     way = np.array([[0.1, 0.2, 0.3, 0.0], [0.1, 0.2, 0.3, 1.0]])
-    skills = learn_skills(model, pieces(), {(BOX, True): lambda states, attempt: way + attempt})
+    skills = Skills.of(model, {(BOX, True): lambda states, attempt: way + attempt})
     np.testing.assert_array_equal(skills.path(model, BOX, True, readings(fresh()), 1), way + 1)
     assert len(skills.path(model, BOX, False, readings(fresh()), 0)) > 0
 
@@ -56,7 +70,7 @@ def test_what_was_never_shown_and_what_is_no_edge_of_the_robot_is_refused() -> N
     with pytest.raises(InputError, match="hand->box: it is activated in no demonstration; add a piece"):
         Skills({}, {}).path(model, BOX, True, readings(fresh()), 0)
     with pytest.raises(InputError, match="tap->box; skills belong to the robot's own"):
-        learn_skills(model, pieces(), {(Interaction("tap", "box"), True): lambda s, k: np.zeros((1, 4))})
+        Skills.of(model, {(Interaction("tap", "box"), True): lambda s, k: np.zeros((1, 4))})
 
 
 def test_steps_are_straight_and_what_jumps_changes_on_arrival() -> None:

@@ -7,7 +7,8 @@ import pytest
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.learning.chain.chain import LinkCandidates, learn_chain, learn_command, learn_link, replace_samples
+from ichain_drake.learning.chain.chain import LinkCandidates, learn_chain, learn_link, replace_samples
+from ichain_drake.learning.chain.command import learn_command
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.state import StateSpace, Variable, wrap_angle
 from ichain_drake.timing import TICK

@@ -24,7 +24,6 @@ from ichain_drake.learning import (
 )
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.learning.library import (
-    KnownGraph,
     add_to_library,
     check_library,
     graph_name,
@@ -45,6 +44,7 @@ from ichain_drake.state import Role, StateSpace, Variable
 HASH = "0123456789abcdef" * 4
 GRAPH = small_world.GRAPH
 BOX = Interaction("hand", "box")
+Pair = tuple[InteractionModel, InteractionModel]
 ESTIMATORS = {
     "polynomial(degree=1, clip=None)": "box(reach=0.15)",
     "kernel_ridge(alpha=0.03, gamma=0.3)": "SVC(C=30.0, gamma=1.0, class_weight='balanced')",
@@ -52,17 +52,23 @@ ESTIMATORS = {
 }
 
 
-def known_of(model: InteractionModel) -> KnownGraph:
+def known_of(model: InteractionModel) -> InteractionModel:
     windows = {
         e: SwitchingWindow(np.arange(8.0).reshape(2, 4), np.arange(len(GRAPH.objects[e.child])) / 7.0, 1)
         for e in GRAPH.interactions
         if e.parent == "hand"
     }
-    return KnownGraph(model, {e: (w, w) for e, w in windows.items()}, {e: () for e in windows}, 12.5, HASH)
+    return replace(
+        model,
+        activations={e: (w, w) for e, w in windows.items()},
+        deactivations={e: () for e in windows},
+        robot_seconds=12.5,
+        demonstrations_sha256=HASH,
+    )
 
 
 @pytest.fixture(scope="module")
-def knowns(model: InteractionModel, demonstrations: list) -> list[KnownGraph]:
+def knowns(model: InteractionModel, demonstrations: list) -> list[InteractionModel]:
     """The usual candidates, and each other kind of frozen model that fits these data."""
     specs = [
         InteractionSpec(effect_estimators=(EstimatorSpec.parse(e),), status_estimators=(EstimatorSpec.parse(s),))
@@ -72,7 +78,7 @@ def knowns(model: InteractionModel, demonstrations: list) -> list[KnownGraph]:
 
 
 @pytest.fixture(scope="module")
-def pairs(knowns: list[KnownGraph], tmp_path_factory: pytest.TempPathFactory) -> list[tuple[KnownGraph, KnownGraph]]:
+def pairs(knowns: list[InteractionModel], tmp_path_factory: pytest.TempPathFactory) -> list[Pair]:
     library = tmp_path_factory.mktemp("pairs")
     found = []
     for i, known in enumerate(knowns):
@@ -84,7 +90,7 @@ def pairs(knowns: list[KnownGraph], tmp_path_factory: pytest.TempPathFactory) ->
 
 
 @pytest.fixture
-def library(knowns: list[KnownGraph], tmp_path: Path) -> Path:
+def library(knowns: list[InteractionModel], tmp_path: Path) -> Path:
     save_graph(knowns[0], tmp_path / "library", "job")
     return tmp_path / "library"
 
@@ -95,12 +101,10 @@ def same(a: Any, b: Any) -> bool:
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), rows=st.integers(1, 4), beyond=st.sampled_from([0.0, 0.3, 5.0]))
-def test_the_same_answers_to_the_last_bit(
-    pairs: list[tuple[KnownGraph, KnownGraph]], seed: int, rows: int, beyond: float
-) -> None:
+def test_the_same_answers_to_the_last_bit(pairs: list[Pair], seed: int, rows: int, beyond: float) -> None:
     rng = np.random.default_rng(seed)
     for known, loaded in pairs:
-        old, new = known.model, loaded.model
+        old, new = known, loaded
         states, ahead = (
             {
                 n: old.low[n] + (old.high[n] - old.low[n]) * rng.uniform(-beyond, 1 + beyond, (rows, len(old.low[n])))
@@ -118,19 +122,19 @@ def test_the_same_answers_to_the_last_bit(
             assert all(same(a[k], b[k]) for k in a)
 
 
-def test_all_that_planning_needs_comes_back(pairs: list[tuple[KnownGraph, KnownGraph]]) -> None:
+def test_all_that_planning_needs_comes_back(pairs: list[Pair]) -> None:
     for known, loaded in pairs:
-        assert loaded.model.report() == known.model.report()
+        assert loaded.report() == known.report()
         assert (loaded.robot_seconds, loaded.demonstrations_sha256) == (12.5, HASH)
-        assert loaded.model.order == known.model.order
+        assert loaded.order == known.order
         for name in ("low", "high", "step_limit", "noise"):
-            old, new = getattr(known.model, name), getattr(loaded.model, name)
+            old, new = getattr(known, name), getattr(loaded, name)
             assert all(same(old[n], new[n]) for n in GRAPH.objects)
-        for e, learned in known.model.edges.items():
-            old, new = learned.examples, loaded.model.edges[e].examples
+        for e, learned in known.edges.items():
+            old, new = learned.examples, loaded.edges[e].examples
             assert (new.activations.rows, new.deactivations.pieces) == (old.activations.rows, old.deactivations.pieces)
             assert all(same(old.active[n], new.active[n]) for n in GRAPH.objects)
-            assert same(learned.active_high, loaded.model.edges[e].active_high)
+            assert same(learned.active_high, loaded.edges[e].active_high)
         window = loaded.activations[BOX][1]
         assert same(window.root, known.activations[BOX][1].root)
         assert window.event == 1
@@ -156,12 +160,12 @@ def test_it_is_listed_shown_checked_and_copied_beside_links(library: Path, tmp_p
         graph_name("")
 
 
-def test_the_order_of_objects_does_not_matter(library: Path, knowns: list[KnownGraph]) -> None:
+def test_the_order_of_objects_does_not_matter(library: Path, knowns: list[InteractionModel]) -> None:
     shuffled = InteractionGraph(dict(reversed(GRAPH.objects.items())), list(reversed(GRAPH.interactions)))
     loaded = load_graph(library, "job", shuffled)
     assert loaded is not None
-    states = knowns[0].model.high
-    assert same(loaded.model.decide(BOX, states), knowns[0].model.decide(BOX, states))
+    states = knowns[0].high
+    assert same(loaded.decide(BOX, states), knowns[0].decide(BOX, states))
 
 
 def changed(obj: str, change: Callable[[Variable], Variable]) -> InteractionGraph:
@@ -313,12 +317,14 @@ def test_nothing_is_unpickled(library: Path) -> None:
         load_graph(library, "job", GRAPH)
 
 
-def test_what_is_not_finite_is_not_saved_and_the_earlier_graph_kept(library: Path, knowns: list[KnownGraph]) -> None:
+def test_what_is_not_finite_is_not_saved_and_the_earlier_graph_kept(
+    library: Path, knowns: list[InteractionModel]
+) -> None:
     known = knowns[0]
-    status = replace(known.model.edges[BOX].status, score=float("nan"))
-    model = replace(known.model, edges=known.model.edges | {BOX: replace(known.model.edges[BOX], status=status)})
+    status = replace(known.edges[BOX].status, score=float("nan"))
+    broken = replace(known, edges=known.edges | {BOX: replace(known.edges[BOX], status=status)})
     with pytest.raises(InputError, match=r"model\.edges\[0\]\.status\.score: nan can't be saved"):
-        save_graph(replace(known, model=model), library, "job")
+        save_graph(broken, library, "job")
     with pytest.raises(InputError, match="demonstrations_sha256"):
         save_graph(replace(known, demonstrations_sha256="?"), library, "job")
     assert load_graph(library, "job", GRAPH) is not None

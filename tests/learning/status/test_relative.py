@@ -6,7 +6,7 @@ import pandas as pd
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import learn_interactions
-from ichain_drake.learning.status.status import _rested
+from ichain_drake.learning.status.relative import rested
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -58,6 +58,6 @@ def test_what_stands_is_read_with_less_noise_and_what_moves_as_it_is() -> None:
     rng = np.random.default_rng(0)
     values = rng.normal(0.0, NOISE, (80, 1))
     values[40:, 0] += np.arange(40) * 0.05
-    out = _rested(values, np.zeros(80, dtype=np.intp), np.array([NOISE]))
+    out = rested(values, np.zeros(80, dtype=np.intp), np.array([NOISE]))
     assert out[:35].std() < 0.5 * NOISE
     np.testing.assert_array_equal(out[46:], values[46:])

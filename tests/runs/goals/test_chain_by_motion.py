@@ -19,5 +19,5 @@ def test_a_tray_is_wound_up_by_a_capstan_that_turns_more_than_once() -> None:
     assert step.predicted["drum"][0] > 6.5  # more than a turn
     for number in (1, 2, 3):
         again = GraphRun(Well((), "ideal", 7100), number=number)
-        run_graph(again, knowledge=run.knowledge)
+        run_graph(again, known=run.model)
         assert again.goal_reached, (number, again.reason, again.memory and again.memory.log)

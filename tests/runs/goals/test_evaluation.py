@@ -10,9 +10,9 @@ from joblib import Parallel, delayed
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
+from ichain_drake.learning import InteractionModel
 from ichain_drake.objects import Region
 from ichain_drake.runs.goals.evaluation import check_graph_evaluation, score_classifiers
-from ichain_drake.runs.goals.knowledge import Knowledge
 from ichain_drake.runs.goals.status_accuracy import count_events, held_out_scores, probe_scores
 from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
 from ichain_drake.runs.goals.variants import METHODS, choose_variants, piece_order, possible_variants
@@ -53,7 +53,7 @@ def test_the_lines_of_the_table():
 )
 def test_what_can_not_be_evaluated(methods, trials, message):
     with pytest.raises(InputError, match=message):
-        check_graph_evaluation(SCENARIO, trials, methods, 1)
+        check_graph_evaluation(SCENARIO, trials, methods)
 
 
 def test_cases_that_a_physics_has_not_are_left_out_and_said():
@@ -79,23 +79,23 @@ def test_a_few_pieces_show_every_interaction_first(dispenser_pieces):
     assert all(count_events(order[:6], e) for e in SCENARIO.graph.interactions)
 
 
-def test_a_row_of_each_sort(dispenser_knowledge: Knowledge):
-    reached = run_trial(trial(), dispenser_knowledge)
+def test_a_row_of_each_sort(dispenser_model: InteractionModel):
+    reached = run_trial(trial(), dispenser_model)
     assert reached["success"], reached["reason"]
     assert (reached["error"], reached["reason"], reached["cause"], reached["silent"]) == (0.0, "", "", False)
     assert 0 < reached["control_steps"] < 400
     # Without monitors a stiff button stays out, and nobody notices.
     pressed = ("tank.temperature >= 0.2",)
-    silent = run_trial(trial(0, "fault.kind=stiff", monitors=False, goal=pressed), dispenser_knowledge)
+    silent = run_trial(trial(0, "fault.kind=stiff", monitors=False, goal=pressed), dispenser_model)
     assert (silent["success"], silent["silent"], silent["cause"]) == (False, True, "misjudged")
     assert silent["error"] > 0
     assert "tank.temperature >= 0.2 is not true" in silent["reason"]
-    never = run_trial(trial(goal=("cup.temperature >= 1.5",)), dispenser_knowledge)
+    never = run_trial(trial(goal=("cup.temperature >= 1.5",)), dispenser_model)
     assert (never["success"], never["silent"], never["cause"]) == (False, False, "no plan")
     assert "bounded there" in never["reason"]
     unlearned = run_trial(trial(), "hand->cup: never active")
     assert (unlearned["cause"], unlearned["reason"]) == ("learning", "hand->cup: never active")
-    wrong = run_trial(trial(goal=("mug.water >= 1",)), dispenser_knowledge)
+    wrong = run_trial(trial(goal=("mug.water >= 1",)), dispenser_model)
     assert (wrong["cause"], wrong["silent"]) == ("error", False)
     rows = [reached, silent, never, unlearned, wrong]
     assert len({tuple(row) for row in rows}) == 1
@@ -106,10 +106,10 @@ def test_a_row_of_each_sort(dispenser_knowledge: Knowledge):
     assert summarise([never])[0]["median_steps"] is None
 
 
-def test_another_process_gives_the_same_rows(dispenser_knowledge: Knowledge):
-    here = run_trial(trial(3, "fault.kind=slip"), dispenser_knowledge)
+def test_another_process_gives_the_same_rows(dispenser_model: InteractionModel):
+    here = run_trial(trial(3, "fault.kind=slip"), dispenser_model)
     trials = [trial(n, "fault.kind=slip") for n in (3, 4)]
-    first, second = Parallel(n_jobs=2)(delayed(run_trial)(t, dispenser_knowledge) for t in trials)
+    first, second = Parallel(n_jobs=2)(delayed(run_trial)(t, dispenser_model) for t in trials)
     assert here == first
     assert first != second  # another start and another time of the slip
 
@@ -153,8 +153,8 @@ def test_by_contact_a_hand_has_no_near_misses(dispenser_pieces):
     assert probe_scores(None, contact.graph.interactions[0], None) == empty  # type: ignore[arg-type]
 
 
-def test_figures_of_classifiers(dispenser_knowledge: Knowledge, dispenser_pieces):
-    lines = score_classifiers(SCENARIO, dispenser_knowledge, dispenser_pieces)
+def test_figures_of_classifiers(dispenser_model: InteractionModel, dispenser_pieces):
+    lines = score_classifiers(SCENARIO, dispenser_model, dispenser_pieces)
     assert [line["interaction"] for line in lines] == [e.name for e in SCENARIO.graph.interactions]
     for line in lines:
         edge = Interaction.parse(line["interaction"])
@@ -167,7 +167,7 @@ def test_figures_of_classifiers(dispenser_knowledge: Knowledge, dispenser_pieces
         Demonstration(p.table.assign(**{edge.name: 1.0 - p.table[edge.name]}), p.units, p.name)
         for p in dispenser_pieces[:4]
     ]
-    assert held_out_scores(dispenser_knowledge.model, turned)[edge]["status_f1"] < 0.5
+    assert held_out_scores(dispenser_model, turned)[edge]["status_f1"] < 0.5
 
 
 def test_events_are_counted_within_pieces():

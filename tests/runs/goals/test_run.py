@@ -7,20 +7,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ichain_drake.control.execution.controller import GraphController
-from ichain_drake.control.execution.executor import Executor, ExecutorSettings
+from ichain_drake.control.execution.executor import ExecutorSettings
 from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import NoPlan, Plan
 from ichain_drake.errors import InputError
-from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.learning.chain.link import EstimatorSpec
-from ichain_drake.runs.goals.knowledge import Knowledge, learn_graph
 from ichain_drake.runs.goals.output import classified, flags_of, make_graph_recording, write_graph_pictures
-from ichain_drake.runs.goals.plan import make_goal, make_plan
+from ichain_drake.runs.goals.plan import make_plan
 from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.runs.learn import learn
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode
-from ichain_drake.simulation.goal_episode import GraphEpisode, look
+from ichain_drake.simulation.goal_episode import GraphEpisode
+from ichain_drake.simulation.wiring import goal_controller, look
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 HOT = ["cup.temperature >= 0.5", "cup.water >= 0.3", "not hand->cup"]
@@ -33,13 +34,13 @@ def scenario() -> WaterDispenser:
 
 
 @cache
-def knowledge() -> Knowledge:
-    return learn_graph(list(scenario().record_demonstrations()), scenario().graph, QUICK)
+def knowledge() -> InteractionModel:
+    return learn(scenario().graph, list(scenario().record_demonstrations()), spec=QUICK)
 
 
 def test_a_cup_of_warm_water_from_demonstrations_alone(tmp_path: Path) -> None:
     run = GraphRun(scenario(), tuple(HOT))
-    run_graph(run, knowledge=knowledge())
+    run_graph(run, known=knowledge())
     report = run.report()
     assert report["goal_reached"], run.memory and (run.reason, run.memory.log)
     assert run.log is not None
@@ -71,16 +72,10 @@ def test_a_cup_of_warm_water_from_demonstrations_alone(tmp_path: Path) -> None:
 
 
 def test_no_wire_leads_from_the_truth_to_the_controller() -> None:
-    from ichain_drake.control.execution.controller import GraphController
-    from ichain_drake.control.execution.executor import Executor
-    from ichain_drake.simulation.goal_episode import GraphEpisode
-
-    world, prepare = scenario().make_world(0)
-    k = knowledge()
-    goal = make_goal(HOT, k.model, look(scenario()))
-    executor = Executor(k.model, k.skills, k.planner.plan, goal)
-    controller = GraphController(executor, np.array(scenario().start(0).hand))
-    episode = GraphEpisode(world, controller, prepare)
+    world = scenario().make_world(0)
+    goal = parse_goal(HOT, knowledge(), look(world))
+    controller = goal_controller(world, knowledge(), goal)
+    episode = GraphEpisode(world, controller)
     sources = {}
     for (system, port), (source, out) in episode.diagram.connection_map().items():
         if system is controller:
@@ -92,7 +87,7 @@ def test_no_wire_leads_from_the_truth_to_the_controller() -> None:
 
 
 def test_a_plan_is_made_without_executing_it_and_refused_with_the_reason() -> None:
-    start = look(scenario())
+    start = look(scenario().make_world(0))
     goal, plan = make_plan(knowledge(), HOT, start)
     assert isinstance(plan, Plan)
     assert len(goal.conditions) == 2
@@ -102,20 +97,20 @@ def test_a_plan_is_made_without_executing_it_and_refused_with_the_reason() -> No
 
 
 def test_keep_holds_a_variable_near_its_start() -> None:
-    start = look(scenario())
-    goal = make_goal(["keep cup.x within 0.02"], knowledge().model, start)
+    start = look(scenario().make_world(0))
+    goal = parse_goal(["keep cup.x within 0.02"], knowledge(), start)
     assert [(c.object, c.variable) for c in goal.conditions] == [("cup", "x")]
     assert goal.conditions[0].upper - goal.conditions[0].lower == pytest.approx(0.04)
     assert goal.conditions[0].lower + 0.02 == pytest.approx(start["cup"][0])
     with pytest.raises(InputError, match="no object 'mug'"):
-        make_goal(["keep mug.x within 0.02"], knowledge().model, start)
+        parse_goal(["keep mug.x within 0.02"], knowledge(), start)
     with pytest.raises(InputError, match="at character 19, 'wide', a number is expected"):
-        make_goal(["keep cup.x within wide"], knowledge().model, start)
+        parse_goal(["keep cup.x within wide"], knowledge(), start)
 
 
 def test_an_impossible_goal_ends_the_run_with_its_reason() -> None:
     run = GraphRun(scenario(), ("cup.water >= 2",))
-    run_graph(run, knowledge=knowledge())
+    run_graph(run, known=knowledge())
     report = run.report()
     assert not report["goal_reached"]
     assert report["metrics"]["failure_cause"] == "no plan"
@@ -125,24 +120,22 @@ def test_an_impossible_goal_ends_the_run_with_its_reason() -> None:
 
 def test_a_run_that_takes_too_long_says_so() -> None:
     run = GraphRun(scenario(), tuple(HOT))
-    run_graph(run, knowledge=knowledge(), settings=ExecutorSettings(ticks=15))
+    run_graph(run, known=knowledge(), settings=ExecutorSettings(ticks=15))
     assert run.report()["reason"] == "not done after 15 control steps"
     assert not run.goal_reached
 
 
 def test_a_person_may_change_what_is_wanted_while_it_runs() -> None:
-    start = look(scenario())
-    known = knowledge()
-    goal = make_goal(HOT, known.model, start)
-    executor = Executor(known.model, known.skills, known.planner.plan, goal)
-    world, prepare = scenario().make_world(0)
-    hand = start[scenario().graph.root]
-    episode = GraphEpisode(world, GraphController(executor, hand), prepare)
+    world = scenario().make_world(0)
+    start = look(world)
+    goal = parse_goal(HOT, knowledge(), start)
+    controller, hand = goal_controller(world, knowledge(), goal), start[scenario().graph.root]
+    executor, episode = controller.executor, GraphEpisode(world, controller)
     item = next(a for a in scenario().adjustables() if a.name == "cup.water >=")
     item.apply(episode, 0.45)
     wanted = {(c.object, c.variable): c.lower for c in executor.goal.conditions}
     assert wanted == {("cup", "temperature"): 0.5, ("cup", "water"): 0.45}
     assert executor.goal.inactive == goal.inactive
-    world, prepare = scenario().make_world(0)
-    item.apply(Episode(world, Commands(hand[None]), prepare), 0.2)  # a demonstration wants nothing
+    world = scenario().make_world(0)
+    item.apply(Episode(world, Commands(hand[None])), 0.2)  # a demonstration wants nothing
     assert executor.goal.conditions[1].lower == 0.45

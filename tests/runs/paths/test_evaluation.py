@@ -73,17 +73,17 @@ def test_a_method_at_one_number_of_samples():
     found = evaluate_paths(scenario, ["path.speed=60"], 1, ["default@100"])
     assert {(r["method"], r["samples"]) for r in found["rows"]} == {("default", 100)}
     with pytest.raises(InputError, match="no method 'default@77'; .* default@50, default@100"):
-        check_evaluation(scenario, 1, ["default@77"], 1)
+        check_evaluation(scenario, 1, ["default@77"])
 
 
 def test_what_is_refused():
     scenario = load_scenario("car_game", (), "ideal", 0)
-    check_evaluation(scenario, 1, METHODS, 1)
+    check_evaluation(scenario, 1, METHODS)
     with pytest.raises(InputError, match="no method 'magic'; there are paper, default"):
-        check_evaluation(scenario, 1, ["magic"], 1)
-    for trials, jobs in ((0, 1), (1, 0), (-1, 1)):
+        check_evaluation(scenario, 1, ["magic"])
+    for trials in (0, -1):
         with pytest.raises(InputError, match="give numbers from 1"):
-            evaluate_paths(scenario, (), trials, ["oracle"], jobs)
+            evaluate_paths(scenario, (), trials, ["oracle"])
 
 
 def test_a_seed_that_raises_has_rows_with_the_reason():

@@ -20,10 +20,10 @@ def wave() -> np.ndarray:
 
 def test_its_model_is_the_noise_free_world():
     scenario = load_scenario("car_game", ["noise.scale=0"], "ideal", 0)
-    world, prepare = scenario.make_world(TimedPath(wave(), scenario.path_limits()), 0)
+    world = scenario.make_world(TimedPath(wave(), scenario.path_limits()), 0)
     # Steps that the hand makes in four frames; for longer ones its path over the sphere counts, which is not modelled.
     player = Player(np.array([0.5, 0.0]), 0.04, 0.03, 8, [3])
-    episode = Episode(world, player, prepare)
+    episode = Episode(world, player)
     episode.run(8)
     log = episode.log()
     names = scenario.graph.chain(scenario.target)
@@ -39,7 +39,7 @@ def test_its_model_is_the_noise_free_world():
 
 def test_its_slopes_are_those_of_its_predictions():
     scenario = load_scenario("car_game", (), "ideal", 0)
-    world, _ = scenario.make_world(TimedPath(wave(), scenario.path_limits()), 0)
+    world = scenario.make_world(TimedPath(wave(), scenario.path_limits()), 0)
     names = scenario.graph.chain(scenario.target)
     sizes = tuple(len(scenario.graph.objects[n]) for n in names)
     model = TrueTickModel(WorldReference(scenario.graph, world.objects, straight_frames), names, sizes)

@@ -10,9 +10,11 @@ import pytest
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations import read_demonstrations
 from ichain_drake.errors import InputError
+from ichain_drake.runs.learn import recorded_seconds
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.runs.paths.run import check_settings, recorded_seconds, run_paths
+from ichain_drake.runs.paths.run import run_paths
+from ichain_drake.runs.pieces import check_settings
 from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
 
@@ -61,7 +63,7 @@ def test_paths_that_nobody_has_seen_are_followed(learned, tmp_path):
     files = [tmp_path / f"{name}.csv" for name in ("lobes", "rectangle")]
     paths = choose_paths(scenario, file=files[0]) | choose_paths(scenario, file=files[1])
     run = PathRun(scenario, paths)
-    run_paths(run, demos=learned, oracle=False)
+    run_paths(run, demos=learned)
     assert run.goal_reached, run.reason
     for result in run.results:
         print(f"\n{result.name}: {result.error:.3f} px")
@@ -82,7 +84,7 @@ def test_a_report_says_why_there_is_no_error_of_the_oracle(learned):
     bend = np.stack([250 + 200 * np.sin(a), 400 - 200 * (1 - np.cos(a))], axis=1)
     scenario = LostOracle(["control.horizons=[5]", "control.efforts=[0.05]"], "ideal", 0)
     run = PathRun(scenario, {"bend": TimedPath(bend, scenario.path_limits())})
-    run_paths(run, demos=learned)
+    run_paths(run, demos=learned, oracle=True)
     metrics = run.report()["metrics"]
     assert metrics["completed"]
     assert metrics["oracle_error_px"] is None

@@ -75,10 +75,10 @@ class PressesCtrlC(Player):
 
 
 def test_an_interrupted_recording_holds_whole_ticks():
-    world, prepare = CarGame([], "ideal", 0).build_world(np.array([400.0, 300.0, 0.0, 0.0, 0.0, 0.0]), [0.0, 0.0], 0)
+    world = CarGame([], "ideal", 0).build_world(np.array([400.0, 300.0, 0.0, 0.0, 0.0, 0.0]), [0.0, 0.0], 0)
     player = PressesCtrlC(np.array([0.5, 0.0]), 0.04, 0.03, 50, [0])
     with pytest.raises(RecordingInterrupted) as stopped:
-        record(world, prepare, player, 50, ("hand", "joystick"), "play")
+        record(world, player, 50, ("hand", "joystick"), "play")
     table = stopped.value.piece.table
     assert len(table) == 5  # the tick that was under way is finished
     assert table.notna().all().all()

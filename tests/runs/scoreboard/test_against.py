@@ -54,7 +54,7 @@ def test_no_change_is_called_one_more_often_than_the_level():
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("{", "is no JSON"),
+        ("{", "is no complete JSON"),
         ("[]", "is no scoreboard"),
         (json.dumps({"rows": []}), "is no scoreboard"),
         (json.dumps({"table": [{"row": "a", "reached": 3, "runs": 2}]}), "is no scoreboard"),

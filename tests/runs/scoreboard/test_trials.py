@@ -1,5 +1,7 @@
 """Trials of paths: what `ichain run` does with the same seed, and a row for everything that goes wrong."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,7 @@ def test_a_trial_is_the_run_of_its_seed():
     plain, noisy = run_jobs([job])
     scenario = ShortGame((), "ideal", 5)
     run = PathRun(scenario, choose_paths(scenario))
-    run_paths(run, oracle=False)
+    run_paths(run)
     wave = run.results[1]  # the second of the scenario's paths, although the line was not asked for
     assert plain["success"], plain["reason"]
     assert plain["error"] == wave.error
@@ -58,7 +60,7 @@ def test_what_raises_is_a_row(monkeypatch, where, cause):
     if where == "follow":
         monkeypatch.setattr(
             "ichain_drake.runs.scoreboard.trials.learn_to_follow",
-            lambda run: setattr(run, "chain", object()) or setattr(run, "controller", object()),
+            lambda run: setattr(run, "model", SimpleNamespace(chain=object())) or setattr(run, "controller", object()),
         )
     rows = run_jobs(make_jobs([case(ShortGame, "line"), case(ShortGame, "wave")], 5))
     assert [(r["success"], r["cause"], r["reason"], r["seed"]) for r in rows] == [

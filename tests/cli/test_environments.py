@@ -1,0 +1,78 @@
+"""Surroundings as they may be: little of everything is enough for the work, or it ends with one line."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+# Limits are set by the process itself: what starts it may have none.
+LIMITED = """
+import json, os, resource, sys
+for name, most in json.loads(os.environ.pop("LIMITS")).items():
+    resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
+from ichain_drake.cli.start import main
+sys.exit(main())
+"""
+HOMELESS = {"HOME", "TERM", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "MPLCONFIGDIR", "LANG", "LC_ALL", "LC_CTYPE"}
+
+
+def limited(arguments: list[str], limits: dict[str, int], **environment: str) -> subprocess.CompletedProcess:
+    """A command in a process with limits, without a home or a terminal."""
+    kept = {name: value for name, value in os.environ.items() if name not in HOMELESS}
+    return subprocess.run(
+        [sys.executable, "-c", LIMITED, *arguments], capture_output=True, check=False,
+        env=kept | {"OMP_NUM_THREADS": "1", "LIMITS": json.dumps(limits)} | environment,
+    )  # fmt: skip
+
+
+@pytest.mark.skipif(not hasattr(resource, "RLIMIT_DATA"), reason="the system has no such limit")
+def test_little_of_everything_is_enough(small, bend_csv: Path, tmp_path: Path) -> None:
+    """16 open files, 1.5 GiB of memory, no home, no terminal, a Turkish locale, names in other alphabets."""
+    place = tmp_path / "Gr\u00f6\u00dfe \u4e2d \u043f\u0440\u0438\u043c\u0435\u0440"
+    place.mkdir()
+    path = place / "Kurve \u0130\u0131.csv"
+    path.write_bytes(bend_csv.read_bytes())
+    done = limited(
+        ["run", "car_game", *small, "--path", str(path), "-o", str(place / "run")],
+        {"NOFILE": 16, "DATA": 3 * 2**29}, LC_ALL="tr_TR.UTF-8",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert json.loads((place / "run" / "report.json").read_text())["goal_reached"]
+
+
+def test_a_locale_that_lacks_the_letters_of_a_name(tmp_path: Path) -> None:
+    """Python takes UTF-8 for it. Told not to (PYTHONUTF8=0), pydrake itself can't be imported."""
+    file = tmp_path / "\u043f\u0440\u0438\u043c\u0435\u0440 \u4e2d.dot"
+    done = limited(["graph", "car_game", "-o", str(file)], {"NOFILE": 16}, LC_ALL="C")
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert file.read_text().startswith("digraph")
+
+
+def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch, ichain) -> None:
+    def fail(*arguments: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("ichain_drake.cli.settings.print_settings", fail)
+    done = ichain("settings", "car_game")
+    assert (done.status, done.line) == (
+        2, "ichain: there is not enough memory; free some, or ask for less at once (smaller files, --jobs 1)",
+    )  # fmt: skip
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
+def test_a_folder_that_may_only_be_read(small, ichain, tmp_path: Path) -> None:
+    tmp_path.chmod(0o555)
+    try:
+        run, pieces = ["run", "car_game", *small, "-o", tmp_path / "a"], ["teach", "car_game", "-o", tmp_path / "t"]
+        for command in (["graph", "car_game", "-o", tmp_path / "g.dot"], run, pieces):
+            done = ichain(*command)
+            assert (done.status, "Permission denied" in done.line) == (2, True), done
+    finally:
+        tmp_path.chmod(0o755)

@@ -1,0 +1,45 @@
+"""A region that is no box: what boxes leave open, the classifiers that are tried decide."""
+
+import numpy as np
+
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning.data import GraphData, Piece
+from ichain_drake.learning.noise import measurement_std
+from ichain_drake.learning.status.candidates import status_candidates
+from ichain_drake.learning.status.status import input_choice, learn_status
+from ichain_drake.state import StateSpace, Variable
+
+REACH, NOISE = 0.08, 0.004
+EDGE = Interaction("hand", "ball")
+SPACES = {
+    "hand": StateSpace("hand", (Variable("x", "m"), Variable("y", "m"), Variable("grip", kind="binary"))),
+    "ball": StateSpace("ball", (Variable("x", "m"), Variable("y", "m"))),
+}
+GRAPH = InteractionGraph(SPACES, ["hand->ball"])
+
+
+def grasps(number: int, rng: np.random.Generator) -> Piece:
+    """A hand that closes here and there around a ball, and holds it where it is no farther off than REACH."""
+    aims = np.repeat(rng.uniform(-0.09, 0.09, (8, 2)), 9, axis=0)
+    grip = np.tile([0, 0, 0, 1, 1, 1, 1, 0, 0], 8)
+    flag = (grip > 0) & (np.hypot(*aims.T) < REACH)
+    hand = np.column_stack([aims + NOISE * rng.normal(size=aims.shape), grip])
+    ball = NOISE * rng.normal(size=aims.shape)
+    return Piece(f"piece_{number}", {"hand": hand, "ball": ball}, {EDGE: flag})
+
+
+def test_an_input_that_a_box_can_not_tell_is_told_by_the_classifiers() -> None:
+    rng = np.random.default_rng(4)
+    variables = {n: tuple(range(len(s))) for n, s in SPACES.items()}
+    data = GraphData(GRAPH, SPACES, tuple(grasps(k, rng) for k in range(8)), (EDGE,), variables)
+    noise = {n: measurement_std(data, n) for n in SPACES}
+    choice, candidates = input_choice(data, EDGE), status_candidates(data, EDGE, {EDGE: None}, noise)
+    by_boxes = choice.choose(candidates)
+    assert {c.item.label for c in by_boxes} == {"hand.grip", "hand.y"}
+    assert [c.item.label for c in choice.open(by_boxes, candidates)] == ["hand.x"]
+    spec = InteractionSpec(status_estimators=(EstimatorSpec.parse("SVC(C=30.0, gamma=1.0, class_weight='balanced')"),))
+    model = learn_status(data, EDGE, {EDGE: None}, spec, noise)
+    assert {i.label for i in model.inputs} == {"hand.grip", "hand.x", "hand.y"}
+    assert model.score > 0.9
