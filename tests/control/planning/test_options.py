@@ -58,7 +58,10 @@ def test_a_drive_is_found_from_where_there_is_room_for_it() -> None:
     examples = SimpleNamespace(active=samples)
     fire = SimpleNamespace(
         graph=InteractionGraph(spaces, ["robot->knob", "knob->pot"]),
-        edges={e: SimpleNamespace(examples=examples, effects=[SimpleNamespace(variable=0)]) for e in (turn, heat)},
+        edges={
+            e: SimpleNamespace(examples=examples, effects=[SimpleNamespace(variable=0)], alignment=None, relative=False)
+            for e in (turn, heat)
+        },
         passive={n: SimpleNamespace(variables=[SimpleNamespace(kind="hold")]) for n in ("knob", "pot")},
         low=dict.fromkeys(spaces, np.zeros(1)),
         high=dict.fromkeys(spaces, np.ones(1)),
@@ -85,7 +88,7 @@ def test_what_is_spilled_by_tilting_does_not_follow_the_hand() -> None:
     examples = SimpleNamespace(active=samples, deactivations=SimpleNamespace(after=samples))
     model = SimpleNamespace(
         graph=graph,
-        edges={CARRY: SimpleNamespace(examples=examples)},
+        edges={CARRY: SimpleNamespace(examples=examples, alignment=None, relative=False)},
         passive={"cup": SimpleNamespace(variables=[SimpleNamespace(kind="hold")] * 3)},
         low={"cup": np.zeros(3)},
         high={"cup": np.ones(3)},
