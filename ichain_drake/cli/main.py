@@ -127,6 +127,7 @@ def run(
 @click.argument("more", nargs=-1, metavar="")
 @options("physics", "seed")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
+@click.option("--explain", is_flag=True, help="also what was tried for each condition, and how likely each step is")
 @options("resample", "unlabelled", "no_graph", "graph_file", "library", "settings")
 def plan(
     scenario: str,
@@ -135,6 +136,7 @@ def plan(
     physics: str,
     seed: int,
     demos: Path | None,
+    explain: bool,
     resample: bool,
     unlabelled: bool,
     no_graph: bool,
@@ -151,7 +153,7 @@ def plan(
     if isinstance(loaded, PathScenario):
         raise IchainError(f"{scenario} follows paths; `ichain plan` is for scenarios with a goal")
     taught = Taught(unlabelled, no_graph, graph_file)
-    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample, taught=taught)
+    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample, explain=explain, taught=taught)
 
 
 @app.command()

@@ -28,6 +28,7 @@ def print_plan(
     library: Path | None = None,
     *,
     resampled: bool = False,
+    explain: bool = False,
     taught: Taught | None = None,
 ) -> int:
     """`ichain plan`: learn (what the library doesn't know of the graph), look, plan, print.
@@ -65,7 +66,7 @@ def print_plan(
         say("planning")
         _, plan = make_plan(model, goal, start)
     if isinstance(plan, Plan):
-        print(format_plan(plan, scenario.graph, start))
+        print(format_plan(plan, scenario.graph, start, likely=explain))
         return 0
-    print(plan.reason)
+    print("\n".join([plan.reason, *(plan.tree if explain else ())]))
     return 1

@@ -14,8 +14,9 @@ from ichain_drake.learning.blocks import runs
 from ichain_drake.learning.data import GraphData, collect
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.selection import by_part, clearly
+from ichain_drake.learning.status.candidates import status_candidates
 from ichain_drake.learning.status.choice import InputChoice
-from ichain_drake.learning.status.status import left_out_folds, status_candidates
+from ichain_drake.learning.status.status import left_out_folds
 from ichain_drake.timing import TICK
 
 

@@ -133,6 +133,11 @@ class InteractionModel:
         rows, shape = flatten(states, self._around(edge.child), self.graph)
         return learned.status.decide(rows).reshape(shape)
 
+    def probability(self, edge: Interaction, states: States) -> FloatArray:
+        """Calibrated probability that an interaction is active, shape (...); arguments as of `decide`."""
+        rows, shape = flatten(states, self._around(edge.child), self.graph)
+        return self._edge(edge).status.probability(rows).reshape(shape)
+
     def active(self, states: States, previous: Status | None = None) -> dict[Interaction, BoolArray]:
         """Which interactions are active, shape (...) each.
 

@@ -81,6 +81,9 @@ class PassiveDynamics:
         return after
 
 
+_AWAY = 5.0  # noises from rest at least: what never left its place but by the noise of readings stays where it is
+
+
 def learn_passive(data: GraphData, obj: str, spec: InteractionSpec, noise: Mapping[str, FloatArray]) -> PassiveDynamics:
     """Passive dynamics of an object, from the ticks in which no interaction acts on it."""
     space = data.spaces[obj]
@@ -117,6 +120,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
         [p.states[obj][np.any([p.flags[e] for e in data.incoming(obj)], axis=0)] for p in data.pieces]
     )
     away = float(np.sqrt(np.mean((acting[:, i] - middle) ** 2))) if len(acting) else 0.0
+    away = max(away, _AWAY * float(noise[i]))
     # Two readings' noise is in a change, one's in a distance from rest.
     gain = change**2 / (4.0 * noise[i] ** 2) - (end[:, i] - middle) ** 2 / (2.0 * noise[i] ** 2)
     if clearly(by_part(np.where(np.abs(start[:, i] - middle) >= away, gain, 0.0), np.concatenate(quiet_piece))):

@@ -14,6 +14,7 @@ from ichain_drake.learning.effects.effects import Effect
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.status.customary import CautiousStatus, Customary
 from ichain_drake.learning.status.events import EdgeExamples
+from ichain_drake.learning.status.inputs import RelativeInput
 from ichain_drake.learning.status.status import StatusModel
 from ichain_drake.state import FloatArray
 
@@ -41,6 +42,11 @@ class LearnedInteraction:
     active_low: FloatArray
     active_high: FloatArray
     active_step: FloatArray
+
+    @property
+    def relative(self) -> bool:
+        """Whether its status looks at where its two ends are relative to each other."""
+        return any(isinstance(i, RelativeInput) for i in self.status.inputs)
 
     def cautious(self) -> LearnedInteraction:
         """The same, but active only under the customary conditions too."""

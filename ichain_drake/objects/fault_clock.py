@@ -29,7 +29,7 @@ class FaultClock:
     def __init__(self, faults: CupFaults, space: StateSpace) -> None:
         self._age, self._slips_done, self._knocks_done = (space.index(n) for n in COUNTED)
         self._slips = np.array(sorted(faults.slips))
-        self._knocks = sorted(faults.knocks)
+        self._knocks, self._away = sorted(faults.knocks), faults.away
 
     @property
     def knocks(self) -> bool:
@@ -50,17 +50,23 @@ class FaultClock:
     def _due(self, s: FloatArray) -> FloatArray:
         return np.asarray((self._slips <= s[self._age][..., None] + _HALF).sum(axis=-1), dtype=float)
 
-    def knock(self, s: FloatArray, free: BoolArray, camera: CameraFrame) -> None:
+    def knock(self, s: FloatArray, free: BoolArray, camera: CameraFrame, hand: FloatArray) -> BoolArray:
         """Displace the thing, whose place is the first three variables, by the next knock that is due.
 
         Args:
             s: changed in place.
             free: where it stands by itself, shape (...).
             camera: frame of its place.
+            hand: where the hand is, in the robot's frame [m], shape (3, ...).
+
+        Returns:
+            Where it was displaced, shape (...).
         """
         done = s[self._knocks_done].copy()
+        free = free & (np.linalg.norm(camera.to_robot(s[:3].T).T - hand, axis=0) >= self._away)
         for k, (time, dx, dy) in enumerate(self._knocks):
             now = free & (done == k) & (s[self._age] >= time - _HALF)
             shift = camera.from_robot(np.array([dx, dy, 0.0])) - camera.from_robot(np.zeros(3))
             s[:3] = np.where(now, (s[:3].T + shift).T, s[:3])
             s[self._knocks_done] = np.where(now, k + 1, s[self._knocks_done])
+        return np.asarray(s[self._knocks_done] != done)

@@ -39,7 +39,7 @@ class FaultConfig:
     """A disturbance that an evaluation asks for.
 
     Attributes:
-        kind: `none`, `slip`, `knock`, `stiff` or `dropout`; a scenario refuses those that it does not have.
+        kind: `none`, `slip`, `knock`, `stiff`, `dropout` or `moved`; a scenario refuses those that it does not have.
     """
 
     kind: str = "none"

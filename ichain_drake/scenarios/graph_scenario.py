@@ -67,7 +67,7 @@ class GraphScenario(Scenario, Generic[StartT]):
         seed: seed of the run.
 
     Raises:
-        InputError: see `Scenario`; and on slips and knocks in `contact`, where the plant alone moves things.
+        InputError: see `Scenario`; and on slips, knocks and `moved` in `contact`, where the plant alone moves things.
     """
 
     config_class: ClassVar[type[ScenarioConfig]] = GraphConfig
@@ -147,7 +147,7 @@ class GraphScenario(Scenario, Generic[StartT]):
         """Refuse faults that the physics can't have."""
         super().check_config()
         kind = self.config.fault.kind
-        if self.physics == "contact" and kind in ("slip", "knock"):
+        if self.physics == "contact" and kind in ("slip", "knock", "moved"):
             raise InputError(f"fault.kind {kind}: in contact the plant alone moves things; choose ideal or arm")
 
     def start(self, run: int) -> StartT:

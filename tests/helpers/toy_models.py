@@ -48,12 +48,20 @@ class ToyModel:
             effects = [SimpleNamespace(variable=i) for i in np.flatnonzero(np.abs(probes).max(axis=(0, 1)) > 0)]
             examples = SimpleNamespace(active=rows, inactive=ends, deactivations=SimpleNamespace(after=ends))
             step = np.full(sizes[e.parent], 0.1)
-            self.edges[e] = SimpleNamespace(effects=effects, examples=examples, alignment=None, active_step=step)
+            self.edges[e] = SimpleNamespace(
+                effects=effects, examples=examples, alignment=None, relative=False, active_step=step
+            )
 
     def decide(self, edge, states):
         return self.gates[edge]({n: np.atleast_2d(v) for n, v in states.items()}).reshape(
             np.shape(states[edge.child])[:-1]
         )
+
+    def probability(self, edge, states):
+        return np.where(self.decide(edge, states) >= 0, 0.98, 0.02)
+
+    def spread(self, child, active):
+        return self.noise[child]
 
     def active(self, states):
         return {e: self.decide(e, states) >= 0 for e in self.graph.interactions}

@@ -1,7 +1,10 @@
 """Regions: what is in, and what goes out only beyond a margin."""
 
+import math
+
 import pytest
 
+from ichain_drake.objects.placement import Placement
 from ichain_drake.objects.region import Region
 
 BOX = Region((1.0, 0.0, 0.0), (0.1, 0.2, 0.3), margin=0.01)
@@ -23,3 +26,14 @@ def test_a_round_one_has_no_corners() -> None:
     assert BOX.holds(corner)
     assert not ROUND.holds(corner)
     assert ROUND.holds((1.06, 0.12, 0.29))
+
+
+def test_a_region_is_moved_and_turned_with_its_machine() -> None:
+    placement = Placement(about=(0.5, 0.0), shift=(0.0, 1.0), turn=math.pi / 2)
+    moved = Region(BOX.center, BOX.half, moved=placement)
+    assert placement.forth(1.0, 0.0) == pytest.approx((0.5, 1.5))
+    assert placement.back(*placement.forth(0.3, 0.7)) == pytest.approx((0.3, 0.7))
+    assert moved.holds((0.5, 1.5, 0.0))
+    assert moved.holds((0.69, 1.5, 0.0))  # its long side lies across now
+    assert not moved.holds((0.5, 1.69, 0.0))
+    assert not moved.holds((1.0, 0.0, 0.0))

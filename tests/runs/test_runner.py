@@ -1,6 +1,8 @@
 """The runner: nothing is lost and nothing done twice, whatever ends it."""
 
 import json
+import os
+import signal
 
 import pytest
 from joblib import delayed
@@ -87,6 +89,23 @@ def test_a_trial_that_crashes_or_hangs_is_a_finding_with_its_reason(tmp_path, pr
         "ended its process by SIGABRT", None, "took longer than 2 s and was stopped", None, None,
         "ended its process with status 3",
     ]  # fmt: skip
+
+
+def test_ctrl_c_in_the_midst_of_a_fork_is_not_lost(tmp_path, monkeypatch):
+    fork = os.fork
+
+    def interrupted_fork():
+        os.kill(os.getpid(), signal.SIGINT)
+        return fork()
+
+    monkeypatch.setattr(os, "fork", interrupted_fork)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_jobs(jobs(tmp_path, a1="hang"))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert not ToyJob((), tmp_path).ran()[1:]
 
 
 def test_rules_are_off_in_every_process(tmp_path, monkeypatch):

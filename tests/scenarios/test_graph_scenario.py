@@ -96,6 +96,9 @@ def test_faults_are_drawn_from_what_the_configuration_says() -> None:
     assert np.hypot(x, y) == pytest.approx(0.1)
     assert drawn["dropout"].dropouts == ((time, time + 0.5),)
     assert drawn["stiff"] == Faults(stiffness=3.0)
+    ((when, x, y),) = drawn["moved"].knocks
+    assert (when, drawn["moved"].away) == (time, 0.2)
+    assert (np.hypot(x, y), x < 0.0) == (pytest.approx(0.1), True)
 
 
 def test_a_fault_meets_runs_but_no_demonstration() -> None:

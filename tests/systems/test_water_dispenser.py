@@ -224,23 +224,23 @@ def test_two_runs_are_equal_and_another_run_has_other_noise() -> None:
     assert difference[:, 0].std() == pytest.approx(0.0005, rel=0.25)
 
 
-@pytest.mark.parametrize("kind", ["slip", "knock", "stiff", "dropout"])
+@pytest.mark.parametrize("kind", ["slip", "knock", "stiff", "dropout", "moved"])
 def test_faults_happen_in_runs_and_never_in_demonstrations(kind: str) -> None:
     scenario = WaterDispenser((f"fault.kind={kind}", "fault.time=[5, 8]"), "ideal", seed=1)
     start = scenario.start(0)
     hand = Teleoperation(start.hand)
     if kind == "stiff":
         hand.turn(0.0).grip(True).to(0.5, 0.18, 0.12).press(LAYOUT.power, 6.0).wait(5)
-    elif kind == "knock":
-        hand.wait(30)
+    elif kind in ("knock", "moved"):
+        hand.by(*([0.0, 0.0, 0.15] if kind == "moved" else [0.0, 0.0, 0.0])).wait(30)
     else:
         hand.fetch(start.cup).by(z=0.1).wait(20)
     faulty, sound = (play(scenario, start, hand.commands, faulty=f) for f in (True, False))
     if kind == "stiff":
         assert (faulty.states[POWER][:, 0].max(), sound.states[POWER][:, 0].max()) == (4.0, 6.0)
-    elif kind == "knock":
+    elif kind in ("knock", "moved"):
         moved = [log.states[CUP][-1, :2] - log.states[CUP][0, :2] for log in (faulty, sound)]
-        assert np.linalg.norm(moved[0]) == pytest.approx(0.05)
+        assert np.linalg.norm(moved[0]) == pytest.approx(0.05 if kind == "knock" else 0.1)
         assert np.linalg.norm(moved[1]) == 0.0
     elif kind == "slip":
         assert (faulty.active[CUP][-1, 0], sound.active[CUP][-1, 0]) == (0.0, 1.0)
@@ -337,3 +337,12 @@ def test_the_playback_shows_water_and_lit_buttons(physics: str, tmp_path: Path) 
         assert f"/drake/{path}" in moved, path
     assert scene.meshcat.HasPath("/drake/tank/part_0") == (physics == "ideal")
     assert scene.meshcat.HasPath("/drake/cup/cup/glass") == (physics == "ideal")
+
+
+def test_a_machine_that_is_moved_must_be_seen_and_stands_elsewhere_in_runs_alone() -> None:
+    moved = ("machine.shift=[0.0, 0.1]", "machine.turn_deg=30")
+    with pytest.raises(InputError, match="a machine that is moved must be seen"):
+        WaterDispenser(moved, "ideal")
+    scenario = WaterDispenser((*moved, "machine.seen=true"), "ideal")
+    assert scenario.start(0).stands is not None
+    assert all(piece.start.stands is None for piece in scenario.script(np.random.default_rng(0)))

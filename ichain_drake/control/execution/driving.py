@@ -9,6 +9,7 @@ import numpy as np
 from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.learning.model import InteractionModel
@@ -119,7 +120,11 @@ class DriveTask(Task):
         width = np.maximum(model.high[edge.child] - model.low[edge.child], 1e-9)[driven]
         score = (toward * values / width).sum(axis=1)
         space = model.graph.objects[edge.parent].observable
-        root = samples[edge.parent][on][score >= score.max() - 0.01]
+        most_of, frames = np.flatnonzero(on)[score >= score.max() - 0.01], Frames(model)
+        root = samples[edge.parent][most_of]
+        if frames.is_relative(edge):
+            then, child = samples[edge.child][most_of], view.averaged()[edge.child]
+            root = frames.along(edge.parent, root, edge.child, then, child)
         most = self.goal + np.mean(space.difference(root, self.goal), axis=0)
         self.goal = np.where(jumping(space), self.goal, most)
         self.pushed, self.arrived, self.history, self.inactive = True, False, [], []
@@ -145,7 +150,11 @@ class DriveTask(Task):
         on = np.all([model.decide(e, samples) >= 0.0 for e in step.chain], axis=0)
         if length < _ALIKE or not on.any():
             return False
-        poses = samples[edge.child][on][:, index]
+        frames, onto = Frames(model), step.chain[1].child
+        states = samples[edge.child][on]
+        if frames.is_relative(step.chain[1]):
+            states = frames.along(edge.child, states, onto, samples[onto][on], view.averaged()[onto])
+        poses = states[:, index]
         away = (poses - wanted) / width
         ahead = away @ (way / length)
         aside = np.linalg.norm(away - ahead[:, None] * (way / length), axis=1)

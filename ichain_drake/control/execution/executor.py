@@ -18,7 +18,7 @@ from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
 from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
 from ichain_drake.control.execution.memory import ExecutorSettings, Memory
-from ichain_drake.control.execution.monitoring import deviation, gone, unmet
+from ichain_drake.control.execution.monitoring import deviation, gone, undriven, unmet
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
 from ichain_drake.control.execution.tasks import LOOK_TICKS, Answer, Failed, Look, Mode, Task, View
@@ -181,9 +181,12 @@ class Executor:
             self._plan(memory, self._view(memory).averaged(_READINGS) if memory.looked_again else now)
             return
         if memory.step >= 0 and self.settings.monitors:
-            off = deviation(self.model, memory.plan.steps[memory.step], now)
+            done = memory.plan.steps[memory.step]
+            off = deviation(self.model, done, now)
             if off:
                 self._contradicted(memory)
+                if undriven(self.model, done, memory.began, now):
+                    self._beware(memory, done.chain[-1])
                 self._replan(memory, "deviation", off)
                 return
         memory.step += 1

@@ -13,6 +13,8 @@ _SURE = 1.0  # noises of a reading: two standard deviations of a mean of four
 _GONE, _NARROW = 5.0, 0.05  # demonstrated ranges away, each at least so wide [m]
 _PLACE, _VALUE = 0.05, 0.12  # of the demonstrated range: larger deviations from the prediction are noticed
 
+_HARDLY = 0.2  # of the predicted change
+
 
 def gone(model: InteractionModel, reading: States) -> str:
     """Which object is where nothing brings it back from (it fell, say), in words; empty if there is none.
@@ -82,3 +84,20 @@ def deviation(model: InteractionModel, step: PlanStep, now: States) -> str:
                     f"after {step.chain[-1].name}"
                 )
     return ""
+
+
+def undriven(model: InteractionModel, step: PlanStep, began: States, now: States) -> bool:
+    """Whether what a step should drive hardly changed: the last interaction of its chain was not active after all.
+
+    Args:
+        model: the learned graph.
+        step: that has been done.
+        began: measured states when it began, shape (n_variables,) each.
+        now: measured states, shape (n_variables,) each.
+    """
+    if step.until is None or not began:
+        return False
+    target, name, direction, value = step.until
+    i = model.graph.objects[target].observable.index(name)
+    change = direction * (now[target][i] - began[target][i])
+    return bool(change < _HARDLY * direction * (value - began[target][i]))

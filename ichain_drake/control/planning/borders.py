@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.model import Batch, BoolArray, is_change, span, take
-from ichain_drake.control.planning.options import CarryOption
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel

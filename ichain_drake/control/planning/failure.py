@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of, words
 from ichain_drake.control.planning.model import span
@@ -10,6 +11,23 @@ from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+
+
+@dataclass(frozen=True)
+class Tried:
+    """What a search found of a drive.
+
+    Attributes:
+        times: that it was simulated.
+        probability: that its chain becomes active, at best.
+        end: the furthest value that it drove its variable to; None where it never began.
+        lost: the interaction that was inactive in the likeliest try; None where none was.
+    """
+
+    times: int
+    probability: float
+    end: float | None
+    lost: Interaction | None
 
 
 class Nearest:
@@ -27,6 +45,7 @@ class Nearest:
         self.nearest = [float(value_of(c, start, model.graph)) for c in goal.conditions]
         self.blame: list[Interaction | None] = [None] * len(goal.conditions)
         self.best: tuple[States, tuple[int, ...]] = (start, tuple(range(len(goal.conditions))))
+        self.tried: dict[tuple[tuple[Interaction, ...], int, int], Tried] = {}
         self.blocked: dict[tuple[str, int, int], tuple[int, float, Interaction]] = {}
 
     def note(self, states: States, unmet: tuple[int, ...], edge: Interaction | None) -> None:
@@ -45,6 +64,25 @@ class Nearest:
                 self.blame[k] = edge if edge is not None and edge.child == c.object else self.blame[k]
         if len(unmet) < len(self.best[1]):
             self.best = (states, unmet)
+
+    def note_tried(self, drive: DriveOption, end: float, probability: float, lost: Interaction | None) -> None:
+        """Take any try of a drive into account; kept is the likeliest, and the furthest that it came.
+
+        Args:
+            drive: that was simulated.
+            end: value of its variable where it stopped.
+            probability: that its chain becomes active.
+            lost: the interaction that was inactive, if it could not begin.
+        """
+        key = (drive.chain, drive.variable, drive.direction)
+        new = Tried(1, probability, None if lost is not None else end, lost)
+        old = self.tried.get(key)
+        if old is not None:
+            ends = [x for x in (old.end, new.end) if x is not None]
+            furthest = max(ends, key=lambda x: drive.direction * x) if ends else None
+            likelier = new if new.probability > old.probability else old
+            new = Tried(old.times + 1, likelier.probability, furthest, likelier.lost)
+        self.tried[key] = new
 
     def note_blocked(self, drive: DriveOption, edge: Interaction, margin: float) -> None:
         """Take a drive into account that could not begin; kept is the one that came furthest along its chain.

@@ -13,13 +13,16 @@ from ichain_drake.timing import TICK
 _CHANGED = 5e-3  # of a value or of 1, less is not worth a line
 
 
-def format_plan(plan: Plan | NoPlan, graph: InteractionGraph, start: States | None = None) -> str:
+def format_plan(
+    plan: Plan | NoPlan, graph: InteractionGraph, start: States | None = None, *, likely: bool = False
+) -> str:
     """A plan in lines: for each step its interactions, what is brought where, predicted states and times.
 
     Args:
         plan: the plan, or why there is none.
         graph: names units.
         start: states at the start; with them the predicted changes of the first step are printed too.
+        likely: whether to print how likely each step is.
     """
     if isinstance(plan, NoPlan):
         where = f" (at {plan.edge.name})" if plan.edge is not None else ""
@@ -27,13 +30,14 @@ def format_plan(plan: Plan | NoPlan, graph: InteractionGraph, start: States | No
     if not plan.steps:
         return "nothing to do: the goal is met"
     lines = [
-        f"{count(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s); {plan.expansions} states expanded, "
-        f"{plan.rollouts} options simulated"
+        f"{count(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s), success {plan.probability:.2f}; "
+        f"{plan.expansions} states expanded, {plan.rollouts} options simulated"
     ]
     passed, known = 0, start
     for number, step in enumerate(plan.steps, 1):
         chain = "->".join([step.chain[0].parent, *(e.child for e in step.chain)])
-        lines.append(f"{number}. {chain}: {_doing(step, graph)}")
+        chance = f" (probability {step.probability:.3f})" if likely else ""
+        lines.append(f"{number}. {chain}: {_doing(step, graph)}{chance}")
         passed += step.ticks
         lines.append(f"   {step.ticks} ticks, until {passed * TICK:.0f} s{_changes(known, step.predicted, graph)}")
         known = step.predicted

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goal_text import Bound, check_goal_text, read_goal_text
 from ichain_drake.control.planning.model import conserved, keeps, span
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
@@ -193,12 +194,15 @@ def _too_much(goal: Goal, model: InteractionModel, start: States) -> NoPlan | No
 
 
 def _limits(model: InteractionModel, obj: str, i: int) -> tuple[float, float]:
-    """The declared bounds where there are any, else a little more than what demonstrations show."""
+    """The declared bounds where there are any, or as far as it is taken, or a little more than shown."""
     variable = model.graph.objects[obj].observable.variables[i]
     more = _BEYOND * float(span(model, obj)[i]) + _EQUAL_NOISE * float(model.noise[obj][i])
     low = variable.lower if math.isfinite(variable.lower) else float(model.low[obj][i]) - more
     high = variable.upper if math.isfinite(variable.upper) else float(model.high[obj][i]) + more
-    return low, high
+    reach = Frames(model).reach(obj)
+    if reach is None or not np.isfinite(reach[0][i]):
+        return low, high
+    return min(low, float(reach[0][i])), max(high, float(reach[1][i]))
 
 
 def kept_by_itself(model: InteractionModel, condition: Condition) -> bool:

@@ -7,10 +7,10 @@ another, the interaction is asked about at both, everything else being as predic
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import Batch, BoolArray
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
@@ -22,8 +22,17 @@ from ichain_drake.state import FloatArray
 _GRASPS = 40  # demonstrated ways of holding that are tried
 
 
+LIKELY = 0.5
+"""Probability from which on an interaction is taken for active."""
+
+
 def can_hold(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> BoolArray:
-    """Whether some demonstrated grasp makes an interaction of the robot active, in each of several states.
+    """Whether some demonstrated grasp is likely to make an interaction active; arguments as of `hold_probability`."""
+    return hold_probability(model, edge, states) >= LIKELY
+
+
+def hold_probability(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> FloatArray:
+    """Probability that the likeliest demonstrated grasp makes an interaction of the robot active.
 
     Args:
         model: the learned graph.
@@ -31,24 +40,21 @@ def can_hold(model: InteractionModel, edge: Interaction, states: Sequence[States
         states: shape (n_variables,) each; where the robot is in them is no matter.
 
     Returns:
-        shape (n_states,); true where the object's place is not known to go with the robot's.
+        For each of several states, shape (n_states,); 1 where the object's place is not known to go with the robot's.
     """
     if not states or not enabled("can_hold"):
-        return np.ones(len(states), dtype=bool)
-    alignment: Any = model.edges[edge].alignment
-    samples = model.edges[edge].examples.active
+        return np.ones(len(states))
+    frames, samples = Frames(model), model.edges[edge].examples.active
     rows = np.flatnonzero(model.decide(edge, samples) >= 0.0)
-    if alignment is None or not len(rows):
-        return np.ones(len(states), dtype=bool)  # nothing is known of a grasp elsewhere
+    if not frames.goes_with(edge) or not len(rows):
+        return np.ones(len(states))  # nothing is known of a grasp elsewhere
     if len(rows) > _GRASPS:
         rows = rows[np.linspace(0, len(rows) - 1, _GRASPS).round().astype(int)]
     count = len(rows)
     batch: Batch = {n: np.repeat(np.array([s[n] for s in states], dtype=float), count, axis=0) for n in states[0]}
-    moved, index = np.tile(samples[edge.parent][rows], (len(states), 1)), list(alignment.child.indices)
-    was = np.tile(samples[edge.child][rows], (len(states), 1))[:, index]
-    moved[:, list(alignment.parent.indices)] += (batch[edge.child][:, index] - was) @ alignment.turn
-    batch[edge.parent] = moved
-    return np.asarray((model.decide(edge, batch).reshape(len(states), count) >= 0.0).any(axis=1))
+    taken, was = (np.tile(samples[n][rows], (len(states), 1)) for n in (edge.parent, edge.child))
+    batch[edge.parent] = frames.along(edge.parent, taken, edge.child, was, batch[edge.child])
+    return np.asarray(model.probability(edge, batch).reshape(len(states), count).max(axis=1))
 
 
 def taken_as(model: InteractionModel, motion: Motion, node: int, child: FloatArray) -> FloatArray:
@@ -60,9 +66,7 @@ def taken_as(model: InteractionModel, motion: Motion, node: int, child: FloatArr
         node: index of one.
         child: where the object is, shape (n_child,).
     """
-    alignment: Any = model.edges[motion.edge].alignment
-    out = motion.robot[node].copy()
-    if alignment is not None:
-        index = list(alignment.child.indices)
-        out[list(alignment.parent.indices)] += (child - motion.child[node])[index] @ alignment.turn
-    return out
+    frames, edge = Frames(model), motion.edge
+    if not frames.goes_with(edge):
+        return motion.robot[node].copy()
+    return frames.along(edge.parent, motion.robot[node], edge.child, motion.child[node], child)

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.model import Batch, is_change, keeps, row, span, take
 from ichain_drake.control.planning.motion_links import Links, best_motion, link, run_on, thinned
-from ichain_drake.control.planning.options import LEAST_CHANGE, NOISES, CarryOption, DriveOption, chains
+from ichain_drake.control.planning.options import LEAST_CHANGE, NOISES, DriveOption, chains
 from ichain_drake.control.planning.travel import jumping, parked_state
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel

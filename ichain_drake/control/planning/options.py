@@ -6,14 +6,26 @@ robot on, drive a variable of its last object until it stops changing, and let g
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.control.planning.model import Batch, BoolArray, conserved, is_change, keeps, row, span, take
+from ichain_drake.control.planning.carries import CarryOption
+from ichain_drake.control.planning.frames import Frames
+from ichain_drake.control.planning.model import (
+    Batch,
+    BoolArray,
+    conserved,
+    is_change,
+    keeps,
+    row,
+    span,
+    take,
+)
 from ichain_drake.control.planning.motion import Motion
+from ichain_drake.control.planning.plan import States
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
@@ -21,8 +33,6 @@ from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
 
-_AT_REST = 0.25  # share of its response to motion that a followed variable may change by at rest, or one way only
-_RESPONSE = 0.5  # of the robot's largest step
 _PROBE_TICKS = 6
 _LONG_TICKS = 36
 _RECHECK = 12  # ticks after which interactions are classified anew
@@ -38,21 +48,6 @@ _MOST_SAMPLES = 60  # per chain
 
 
 @dataclass(frozen=True, eq=False)
-class CarryOption:
-    """An object that follows the robot through an interaction.
-
-    Attributes:
-        edge: from the robot.
-        follow: indices of the object's variables that follow the robot and stay where they are let go.
-        places: values of these variables where the object was let go in demonstrations, shape (n_places, n_follow).
-    """
-
-    edge: Interaction
-    follow: IntArray
-    places: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
 class DriveOption:
     """A chain of interactions through which a variable of its last object is driven.
 
@@ -65,6 +60,7 @@ class DriveOption:
         hold: sample of all states while the variable is driven.
         before: sample of all states with the chain active, but the variable quiet; equals `hold` where none is needed.
         motion: of the robot, by which the variable is driven; None where it holds still.
+        anchor: object that the samples are relative to; None where they hold as they are.
     """
 
     chain: tuple[Interaction, ...]
@@ -75,42 +71,43 @@ class DriveOption:
     hold: Batch
     before: Batch
     motion: Motion | None = None
+    anchor: str | None = None
+
+    def placed(self, frames: Frames, states: States) -> DriveOption:
+        """The same where the object is now that its samples are relative to.
+
+        Args:
+            frames: of the learned graph.
+            states: now, shape (n_variables,) each.
+        """
+        if self.anchor is None:
+            return self
+        first = self.chain[0].child if self.carry is not None else None
+        hold, before = (
+            beside(frames, sample, self.chain[0].parent, first, self.anchor, states[self.anchor])
+            for sample in (self.hold, self.before)
+        )
+        return replace(self, hold=hold, before=before)
 
 
-def find_carries(model: InteractionModel) -> tuple[CarryOption, ...]:
-    """Objects that the robot can carry, in the graph's order."""
-    found = []
-    for edge in model.graph.interactions:
-        if edge.parent != model.graph.root:
-            continue
-        follow = _followers(model, edge)
-        places = model.edges[edge].examples.deactivations.after[edge.child]
-        if len(follow) and len(places):
-            found.append(CarryOption(edge, follow, np.unique(places[:, follow], axis=0)))
-    return tuple(found)
+def beside(frames: Frames, sample: Batch, root: str, carried: str | None, anchor: str, now: FloatArray) -> Batch:
+    """A sample of all states with the robot, and what it carries, where they are relative to something now.
 
-
-def _followers(model: InteractionModel, edge: Interaction) -> IntArray:
-    """Variables that change with the robot's motion there and back, not at rest, and keep their value when let go."""
-    samples = model.edges[edge].examples.active
-    root, child = samples[edge.parent], samples[edge.child]
-    if not len(root):
-        return np.zeros(0, dtype=np.intp)
-    pair = {edge.parent: root, edge.child: child}
-    held = model.effect(edge, pair, root)
-    still = np.sqrt(np.mean(held**2, axis=0))
-    moved, one_way = np.zeros_like(still), np.zeros_like(still)
-    for i, limit in enumerate(model.step_limit[edge.parent]):
-        push = np.zeros(root.shape[1])
-        push[i] = _RESPONSE * limit
-        there, back = (model.effect(edge, pair, root + sign * push) for sign in (1.0, -1.0))
-        largest = [np.sqrt(np.mean(e**2, axis=0)) for e in (there, back)]
-        moved = np.maximum(moved, np.max(largest, axis=0))
-        one_way = np.maximum(one_way, 0.5 * np.sqrt(np.mean((there + back - 2.0 * held) ** 2, axis=0)))
-    floor = np.maximum(model.noise[edge.child], 1e-9 * span(model, edge.child))
-    # What is spilled where it is tilted does not come back: it doesn't follow.
-    follows = (still < _AT_REST * moved) & (one_way < _AT_REST * moved)
-    return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & follows)
+    Args:
+        frames: of the learned graph.
+        sample: shape (..., n_variables) each.
+        root: the robot.
+        carried: what goes along with it, if anything does.
+        anchor: what they are relative to.
+        now: its state now, shape (..., n_anchor).
+    """
+    out, by, then = dict(sample), anchor, sample[anchor]
+    out[anchor] = np.broadcast_to(now, then.shape).copy()
+    if carried is not None:
+        out[carried] = frames.along(carried, sample[carried], anchor, then, now)
+        by, then, now = carried, sample[carried], out[carried]
+    out[root] = frames.along(root, sample[root], by, then, now)
+    return out
 
 
 def chains(model: InteractionModel) -> tuple[tuple[Interaction, ...], ...]:
@@ -138,13 +135,14 @@ def find_drives(model: InteractionModel, carries: tuple[CarryOption, ...]) -> tu
         return ()
     batch = {n: np.concatenate([s[n] for s in samples]) for n in model.graph.objects}
     margins = {e: model.decide(e, batch) for e in model.graph.interactions}
-    change = _probe(model, batch, _PROBE_TICKS)
+    change, frames = _probe(model, batch, _PROBE_TICKS), Frames(model)
     out: list[DriveOption] = []
     for number, chain in enumerate(every):
         rows = np.flatnonzero(np.array(owner) == number)
         if len(rows):
             sure = np.min([margins[e][rows] for e in chain], axis=0)
-            out += _drives_of(model, chain, by_edge.get(chain[0]), take(batch, rows), take(change, rows), sure)
+            carry = by_edge.get(chain[0])
+            out += _drives_of(model, frames, chain, carry, take(batch, rows), take(change, rows), sure)
     return tuple(d for d in out if not _subsumed(model, d, out))
 
 
@@ -182,8 +180,16 @@ def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
     return {n: model.graph.objects[n].observable.difference(now[n], batch[n]) for n in batch}
 
 
+def _anchor(frames: Frames, chain: tuple[Interaction, ...], carry: CarryOption | None) -> str | None:
+    """What samples of a chain are relative to: what is pressed or turned, or what the carried object acts on."""
+    if carry is None:
+        return chain[0].child if frames.goes_with(chain[0]) else None
+    return chain[1].child if len(chain) > 1 and frames.is_relative(chain[1]) else None
+
+
 def _drives_of(
     model: InteractionModel,
+    frames: Frames,
     chain: tuple[Interaction, ...],
     carry: CarryOption | None,
     batch: Batch,
@@ -194,8 +200,8 @@ def _drives_of(
     follow = carry.follow if carry is not None and len(chain) == 1 else ()
     least = np.maximum(LEAST_CHANGE * span(model, target), NOISES * model.noise[target])
     usable = keeps(model, target) & ~is_change(model, target)
+    out, anchor = [], _anchor(frames, chain, carry)
     further = _probe(model, batch, _LONG_TICKS)
-    out = []
     for v in np.flatnonzero(usable):
         if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
             continue
@@ -207,7 +213,7 @@ def _drives_of(
                 continue
             # How far each way of holding the chain gets, all from the same contents: those that leave most room for it.
             roomy = int(np.argmax(direction * further[target][:, v]))
-            poses = _in_context(model, chain[0].child, carry, batch, roomy)
+            poses = _in_context(model, frames, chain[0].child, carry, batch, roomy, anchor)
             total = direction * _probe(model, poses, _LONG_TICKS)[target][:, v]
             best = float(total.max())
             if best < least[v]:
@@ -222,12 +228,23 @@ def _drives_of(
                 )
                 before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
             rate = float(speed[fastest]) / _PROBE_TICKS
-            out.append(DriveOption(chain, int(v), direction, rate, carry, row(poses, hold), row(poses, before)))
+            samples = row(poses, hold), row(poses, before)
+            out.append(DriveOption(chain, int(v), direction, rate, carry, *samples, anchor=anchor))
     return out
 
 
-def _in_context(model: InteractionModel, first: str, carry: CarryOption | None, batch: Batch, context: int) -> Batch:
+def _in_context(
+    model: InteractionModel,
+    frames: Frames,
+    first: str,
+    carry: CarryOption | None,
+    batch: Batch,
+    context: int,
+    anchor: str | None,
+) -> Batch:
     """The robot and the pose of the chain's first object of each sample, everything else of one of them."""
+    if carry is not None and anchor is not None:
+        batch = beside(frames, batch, model.graph.root, first, anchor, batch[anchor][context])
     out = {n: np.repeat(v[context][None], len(v), axis=0) for n, v in batch.items()}
     out[model.graph.root] = batch[model.graph.root].copy()
     part = slice(None) if carry is None else carry.follow

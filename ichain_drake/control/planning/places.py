@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import networkx as nx
 import numpy as np
 
+from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.enabling import Enabling
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
 from ichain_drake.control.planning.model import Batch, row, span
-from ichain_drake.control.planning.options import CarryOption
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.slope import least_motion, slope
 from ichain_drake.learning.model import InteractionModel
@@ -51,14 +52,16 @@ def carry_targets(
         return []
     obj = carry.edge.child
     others = [e for e in model.graph.interactions if obj in (e.parent, e.child) and e != carry.edge]
-    places, n = carry.places, len(carry.places)
+    frames = Frames(model)
+    known = _known_places(frames, carry, nodes)
+    n = known.shape[1]
     batch: Batch = {k: np.repeat(np.array([s[k] for s in nodes]), n, axis=0) for k in nodes[0]}
-    batch[obj][:, carry.follow] = np.tile(places, (len(nodes), 1))
+    batch[obj][:, carry.follow] = known.reshape(-1, known.shape[2])
     margins = np.array([model.decide(e, batch).reshape(len(nodes), n) for e in others]).reshape(-1, len(nodes), n)
     wanted = _wanted(model, carry, start, conditions)
     width = span(model, obj)[carry.follow]
-    out, missing = [], [e.missing(model, nodes) for e in enabling]
-    for k, node in enumerate(nodes):
+    out, missing = [], [e.missing(model, frames, nodes) for e in enabling]
+    for k, (node, places) in enumerate(zip(nodes, known, strict=True)):
         here = node[obj][carry.follow]
         found = [] if wanted is None else [wanted]
         found.append(start[obj][carry.follow])
@@ -66,14 +69,28 @@ def carry_targets(
             if margin.max(initial=-1.0) >= 0:
                 found.append(places[int(np.argmax(margin))])
         if enabled("along_a_line") and _acts_on_goal(model, obj, node, conditions):
-            found += list(_along(places, width))
+            found += list(_along(carry.places, width))
         free = np.flatnonzero((margins[:, k] < 0).all(axis=0))
         if len(free):
             away = np.abs((places[free] - here) / width).sum(axis=1)
             found.append(places[free[int(np.argmin(away))]])
-        found += [e.place for e, needed in zip(enabling, missing, strict=True) if needed[k]]
+        found += [e.place_in(frames, node) for e, needed in zip(enabling, missing, strict=True) if needed[k]]
         out.append(_distinct(found, here, width))
     return out
+
+
+def _known_places(frames: Frames, carry: CarryOption, nodes: Sequence[States]) -> FloatArray:
+    """Where the object was let go, and the same relative to each object that this may be relative to, as it is now.
+
+    Returns:
+        Values of the followed variables, shape (n_nodes, n_places, n_follow).
+    """
+    obj = carry.edge.child
+    out = [np.repeat(carry.places[None], len(nodes), axis=0)]
+    for anchor in frames.anchors(obj) if carry.let_go else ():
+        now = np.array([s[anchor] for s in nodes])[:, None]
+        out.append(frames.beside(obj, carry.let_go[obj], anchor, carry.let_go[anchor], now)[..., carry.follow])
+    return np.concatenate(out, axis=1)
 
 
 def _acts_on_goal(model: InteractionModel, obj: str, node: States, conditions: Sequence[Condition]) -> bool:

@@ -65,6 +65,7 @@ class PlanStep:
         ticks: predicted duration.
         motion: of the robot by which the variable is driven; None where it holds still.
         variant: which way of doing it: each failure of an option makes the next try another one.
+        probability: that its interactions become active as predicted, by the calibrated status models.
     """
 
     chain: tuple[Interaction, ...]
@@ -78,6 +79,7 @@ class PlanStep:
     ticks: int = 0
     motion: Motion | None = None
     variant: int = 0
+    probability: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,7 @@ class Plan:
         expansions, rollouts: effort of the search.
         seconds: duration of the search [s].
         cautious: interactions that it uses only as they were shown, beside what their classifiers ask for.
+        probability: of success as predicted: that all steps work, and their spread leaves the goal's conditions met.
     """
 
     steps: tuple[PlanStep, ...]
@@ -98,6 +101,7 @@ class Plan:
     rollouts: int = 0
     seconds: float = 0.0
     cautious: tuple[Interaction, ...] = ()
+    probability: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -109,9 +113,11 @@ class NoPlan:
         closest: the nearest value that the search found for its variable.
         edge: the interaction at which it failed; None where no interaction acts on the object.
         reason: in words.
+        tree: what was tried for each condition, in indented lines; empty where nothing had to be tried to see it.
     """
 
     condition: Condition
     closest: float
     edge: Interaction | None
     reason: str
+    tree: tuple[str, ...] = ()

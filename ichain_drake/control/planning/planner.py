@@ -14,6 +14,7 @@ from ichain_drake.control.planning.goals import gap, impossible, value_of
 from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.repertoire import find_repertoire
+from ichain_drake.control.planning.risk import success_probability
 from ichain_drake.control.planning.search import Search, SearchSettings
 from ichain_drake.control.planning.search_node import SearchNode
 from ichain_drake.graph import Interaction
@@ -80,7 +81,9 @@ class GraphPlanner:
         found = self._in_stages(known, goal, effort)
         if isinstance(found, NoPlan):
             return found
-        return Plan(found.steps, found.ticks, effort.expansions, effort.rollouts, time.perf_counter() - began)
+        likely = success_probability(self.model, goal, found.steps)
+        seconds = time.perf_counter() - began
+        return Plan(found.steps, found.ticks, effort.expansions, effort.rollouts, seconds, probability=likely)
 
     def _keeping_to(self, shown: tuple[Interaction, ...]) -> GraphPlanner:
         """A planner with the customary conditions of some interactions; what is active now is seen without them."""

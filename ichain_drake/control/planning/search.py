@@ -12,13 +12,16 @@ from dataclasses import dataclass, replace
 import networkx as nx
 import numpy as np
 
+from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.contradictions import MOST_VARIANTS, Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
+from ichain_drake.control.planning.failure_tree import failure_tree
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
-from ichain_drake.control.planning.holding import can_hold
+from ichain_drake.control.planning.holding import LIKELY, can_hold, hold_probability
 from ichain_drake.control.planning.model import Batch, row, stack, take
-from ichain_drake.control.planning.options import CarryOption, DriveOption
+from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
 from ichain_drake.control.planning.repertoire import Repertoire
@@ -80,6 +83,7 @@ class Search:
         self.options = options
         self.goal = goal
         self.surer = tuple(inside(c, self.model, _NOISES, _MARGIN) for c in goal.conditions)
+        self.frames = Frames(model)
         self.novelty = Novelty(model, objects)
         self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
@@ -122,7 +126,8 @@ class Search:
             kept = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
             self.dropped |= len(kept) < len(queue)
             layer, reserve = kept[: self.settings.width], kept[self.settings.width :]
-        return self.nearest.failure(self.expansions, exhausted=not layer and not self.dropped)
+        failure = self.nearest.failure(self.expansions, exhausted=not layer and not self.dropped)
+        return replace(failure, tree=failure_tree(self.nearest))
 
     def _key(self, node: SearchNode) -> tuple[object, ...]:
         return (*self.novelty.key(node.states), node.unmet, node.held)
@@ -166,11 +171,12 @@ class Search:
         batch = stack([n.states for n, _, _ in moves])
         for k, (_, carry, place) in enumerate(moves):
             batch[carry.edge.child][k, carry.follow] = place
-        held = np.ones(len(moves), dtype=bool)  # there too, before it is let go
+        held = np.ones(len(moves))  # there too, before it is let go
         for carry in self.options.carries:
             mine = [k for k, (_, c, _) in enumerate(moves) if c is carry]
-            held[mine] = can_hold(self.model, carry.edge, [row(batch, k) for k in mine])
-        moves, batch = [m for m, ok in zip(moves, held, strict=True) if ok], take(batch, np.flatnonzero(held))
+            held[mine] = hold_probability(self.model, carry.edge, [row(batch, k) for k in mine])
+        kept = np.flatnonzero(held >= LIKELY)
+        moves, batch, held = [moves[k] for k in kept], take(batch, kept), held[kept]
         if not moves:
             return []
         after, _ = settle(self.model, batch, self.parked)
@@ -180,21 +186,25 @@ class Search:
             states = {n: v[k] for n, v in after.items()}
             wanted = self._pose(carry, place)
             ticks = _SWITCH_TICKS + self._way(carry, node.states[carry.edge.child][carry.follow], place)
-            step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks)
+            likely = float(held[k])
+            step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks, probability=likely)
             out += self._child(node, step, states)
         return out
 
     def _driven(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
-        rows = [(n, d) for n in layer if n.held is None for d in self.options.drives]
+        free = [n for n in layer if n.held is None]
+        rows = [(n, d.placed(self.frames, n.states)) for n in free for d in self.options.drives]
         results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.options.borders)
         self.rollouts += len(rows)
         out = []
         for (node, drive), outcomes in zip(rows, results, strict=True):
             for outcome in outcomes:
+                self.nearest.note_tried(drive, outcome.end, outcome.probability, outcome.lost)
                 if outcome.lost is not None:
                     self.nearest.note_blocked(drive, outcome.lost, outcome.margin)
                 else:
-                    out += self._child(node, self._step(node, drive, outcome), outcome.states)
+                    step = replace(self._step(node, drive, outcome), probability=outcome.probability)
+                    out += self._child(node, step, outcome.states)
         return out
 
     def _step(self, node: SearchNode, drive: DriveOption, outcome: Outcome) -> PlanStep:

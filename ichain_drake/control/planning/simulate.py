@@ -9,7 +9,13 @@ import numpy as np
 
 from ichain_drake.control.planning.borders import Border
 from ichain_drake.control.planning.drive_run import Run
-from ichain_drake.control.planning.model import Batch, BoolArray, is_change, row
+from ichain_drake.control.planning.model import (
+    Batch,
+    BoolArray,
+    is_change,
+    row,
+    take,
+)
 from ichain_drake.control.planning.motion_run import MotionRun
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import Condition, States
@@ -33,6 +39,7 @@ class Outcome:
         lost: the interaction of the chain that was or became inactive, if it did not drive at all.
         met: index of the condition for which it stops, if there is one.
         margin: decision value of the interaction that was lost.
+        probability: that all interactions of the chain are active where it begins to drive.
     """
 
     states: Batch
@@ -41,6 +48,7 @@ class Outcome:
     lost: Interaction | None = None
     met: int | None = None
     margin: float = 0.0
+    probability: float = 1.0
 
 
 def settle(model: InteractionModel, batch: Batch, parked: FloatArray) -> tuple[Batch, dict[Interaction, BoolArray]]:
@@ -97,13 +105,24 @@ def _outcomes(run: Run, conditions: Sequence[Condition], borders: Sequence[Borde
     ends = _states_at(run, stops)
     settled, _ = settle(run.model, run.undo(ends, [s.row for s in stops]), run.parked)
     out: list[list[Outcome]] = [[] for _ in run.rows]
+    likely = _likely(run)
     for k, s in enumerate(stops):
         drive = run.rows[s.row][1]
         value = float(ends[drive.chain[-1].child][k, drive.variable])
         ticks = int(run.ticks_at[s.step][s.row] + run.ramp[s.row])
         lost = run.lost[s.row]
         margin = 0.0 if lost is None else float(run.model.decide(lost, row(ends, k)))
-        out[s.row].append(Outcome(row(settled, k), value, ticks, lost, s.condition, margin))
+        out[s.row].append(Outcome(row(settled, k), value, ticks, lost, s.condition, margin, float(likely[s.row])))
+    return out
+
+
+def _likely(run: Run) -> FloatArray:
+    """Probability that the whole chain is active once it is activated, in each row, shape (n,)."""
+    begins = [Stop(r, int(min(run.last[r], run.ramp[r] + len(d.chain)))) for r, d in enumerate(run.drives)]
+    states, out = _states_at(run, begins), np.ones(run.n)
+    for e in dict.fromkeys(e for d in run.drives for e in d.chain):
+        mine = [r for r, d in enumerate(run.drives) if e in d.chain]
+        out[mine] *= run.model.probability(e, take(states, mine))
     return out
 
 

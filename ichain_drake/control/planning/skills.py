@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.errors import InputError
@@ -107,19 +107,16 @@ def _spread(attempt: int, count: int) -> int:
 def _moved(
     model: InteractionModel, edge: Interaction, window: SwitchingWindow, states: States, activate: bool, *, here: bool
 ) -> FloatArray:
-    """A window's path for the present states: where the object takes part in the alignment, relative to it.
+    """A window's path for the present states: relative to the object where its place matters.
 
     What is let go of `here` is let go of where the robot is, whether it is known how the object's place goes with it.
     """
-    alignment: Any = model.edges[edge].alignment
-    path = window.root.copy()
-    if alignment is None and (activate or not here):
+    frames = Frames(model)
+    path, relative = window.root.copy(), frames.goes_with(edge)
+    if not relative and (activate or not here):
         return path if activate else path[max(window.event - 1, 0) :]
     if activate:
-        place = list(alignment.parent.indices)
-        child = list(alignment.child.indices)
-        path[:, place] += (states[edge.child][child] - window.child[child]) @ alignment.turn
-        return path
+        return frames.along(edge.parent, path, edge.child, window.child, states[edge.child]) if relative else path
     # Away from where the robot is now: its grasp differs from the demonstrated one.
     last = max(window.event - 1, 0)
     kinds = model.graph.objects[edge.parent].observable.variables

@@ -84,6 +84,58 @@ class Alignment:
         return (child[..., list(self.child.indices)] - self.place(parent)) @ self.turn
 
 
+def frame_turns(
+    spaces: Mapping[str, StateSpace], root: str, alignments: Mapping[Interaction, Alignment | None]
+) -> dict[str, FloatArray]:
+    """For each frame how its coordinates turn into the root's: `p_root = p_frame @ turn` (rows).
+
+    Args:
+        spaces: observable state space per object.
+        root: the robot.
+        alignments: of all interactions; where several lead to a frame, that of most displacements counts.
+    """
+    turns = {group.frame: np.eye(len(group.indices)) for group in position_groups(spaces[root])}
+    known = sorted((a for a in alignments.values() if a is not None), key=lambda a: -a.rows)
+    for _ in spaces:
+        for a in known:
+            if a.parent.frame in turns and a.child.frame not in turns:
+                turns[a.child.frame] = a.turn @ turns[a.parent.frame]
+    return turns
+
+
+def apart(parent: StateSpace, child: StateSpace, turns: Mapping[str, FloatArray]) -> Alignment | None:
+    """How the frames of two objects that don't move together lie to each other, but for their shift.
+
+    Args:
+        parent, child: observable state spaces.
+        turns: see `frame_turns`.
+
+    Returns:
+        None where one has no position, or it is not known how its frame is turned.
+    """
+    groups = [next(iter(position_groups(s)), None) for s in (parent, child)]
+    if any(g is None for g in groups):
+        return None
+    p, c = (g for g in groups if g is not None)
+    if p.axes != c.axes:
+        return None
+    if p.frame == c.frame:
+        turn = np.eye(len(c.indices))
+    elif p.frame in turns and c.frame in turns and turns[p.frame].shape == turns[c.frame].shape:
+        turn = turns[c.frame] @ turns[p.frame].T
+    else:
+        return None
+    return Alignment(p, c, (), turn, np.zeros((len(c.indices), 0)), np.zeros(len(c.indices)), 0, 1.0)
+
+
+def heading_of(space: StateSpace, frame: str) -> int | None:
+    """Index of an object's orientation about the vertical of a frame, by its role; None if there is none."""
+    for i, v in enumerate(space.variables):
+        if v.role is not None and (v.role.kind, v.role.axis, v.role.frame) == ("orientation", "z", frame):
+            return i
+    return None
+
+
 def learn_alignment(data: GraphData, edge: Interaction, noise: Mapping[str, FloatArray]) -> Alignment | None:
     """The alignment of the two ends of an interaction, or None where they don't move together.
 

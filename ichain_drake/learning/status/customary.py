@@ -17,9 +17,17 @@ import numpy as np
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.alignment import Alignment
+from ichain_drake.learning.status.candidates import input_noise
 from ichain_drake.learning.status.choice import Candidate
-from ichain_drake.learning.status.inputs import States, StatusInput, candidate_inputs, objects_of
-from ichain_drake.learning.status.status import StatusModel, input_choice, input_noise
+from ichain_drake.learning.status.inputs import (
+    PlaceInput,
+    RelativeInput,
+    States,
+    StatusInput,
+    candidate_inputs,
+    objects_of,
+)
+from ichain_drake.learning.status.status import StatusModel, input_choice
 from ichain_drake.state import FloatArray
 
 _BEYOND = 0.3  # of what was shown while active, as for a box classifier
@@ -87,9 +95,9 @@ def learn_customary(
 ) -> Customary:
     """The customary conditions of an interaction.
 
-    They are about what lies still while the robot works: states of the child's other parents, but not of the robot,
-    which by themselves tell rows in which the interaction is inactive. What the classifier looks at already is left
-    out, and so is what never changes.
+    They are about what lies still while the robot works: where the robot is no end, the child's own place if the
+    classifier doesn't look at it; else states of the child's other parents, but not of the robot. Only what by itself
+    tells rows in which the interaction is inactive counts, and what the classifier looks at already is left out.
 
     Args:
         data: the pieces.
@@ -104,7 +112,12 @@ def learn_customary(
     choice = input_choice(data, edge)
     found: list[StatusInput] = []
     ranges: list[tuple[FloatArray, FloatArray]] = []
-    for item in candidate_inputs(data, edge, alignments)[1] if not truth.all() else ():
+    ends, others = candidate_inputs(data, edge, alignments)
+    placed = any(isinstance(i, PlaceInput | RelativeInput) and edge.child in objects_of(i) for i in status.inputs)
+    if edge.parent != data.graph.root and not placed:
+        own: list[StatusInput] = [i for i in ends if isinstance(i, PlaceInput) and i.obj == edge.child]
+        others = own or others
+    for item in others if not truth.all() else ():
         if item.label in known or data.graph.root in objects_of(item):
             continue
         columns, floor = item(states), input_noise(item, noise)

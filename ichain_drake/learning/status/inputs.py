@@ -9,8 +9,15 @@ import numpy as np
 
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import GraphData
-from ichain_drake.learning.effects.alignment import Alignment, PositionGroup, position_groups
-from ichain_drake.state import FloatArray, wrap_angle
+from ichain_drake.learning.effects.alignment import (
+    Alignment,
+    PositionGroup,
+    apart,
+    frame_turns,
+    heading_of,
+    position_groups,
+)
+from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 
 States = Mapping[str, FloatArray]
 
@@ -59,6 +66,30 @@ class RelativeInput:
 
 
 @dataclass(frozen=True, eq=False)
+class BodyInput(RelativeInput):
+    """The same along the axes of the end that can be turned about the vertical.
+
+    Attributes:
+        heading: index of that orientation.
+        of_child: whether it is the child's; else the parent's.
+    """
+
+    heading: int = 0
+    of_child: bool = False
+
+    def __call__(self, states: States) -> FloatArray:
+        """Coordinates along the axes of the turned one, shape (n, n_axes)."""
+        out = super().__call__(states)
+        if self.of_child:
+            out = out @ self.alignment.turn.T
+        angle = states[self.edge.child if self.of_child else self.edge.parent][:, self.heading]
+        x, y = (self.alignment.parent.axes.index(axis) for axis in "xy")
+        c, s = np.cos(angle), np.sin(angle)
+        out[:, x], out[:, y] = c * out[:, x] + s * out[:, y], c * out[:, y] - s * out[:, x]
+        return out
+
+
+@dataclass(frozen=True, eq=False)
 class DifferenceInput:
     """Difference of two like quantities: same role and unit, one of the parent and one of the child."""
 
@@ -74,7 +105,7 @@ class DifferenceInput:
         return wrap_angle(delta) if self.angle else delta
 
 
-StatusInput = ValueInput | PlaceInput | RelativeInput | DifferenceInput
+StatusInput = ValueInput | PlaceInput | RelativeInput | BodyInput | DifferenceInput
 
 
 def objects_of(item: StatusInput) -> tuple[str, ...]:
@@ -84,19 +115,6 @@ def objects_of(item: StatusInput) -> tuple[str, ...]:
     return (item.parent, item.child) if isinstance(item, DifferenceInput) else (item.obj,)
 
 
-def frame_turns(data: GraphData, alignments: Mapping[Interaction, Alignment | None]) -> dict[str, FloatArray]:
-    """For each frame how its coordinates turn into the root's: `p_root = p_frame @ turn` (rows)."""
-    turns: dict[str, FloatArray] = {}
-    for group in position_groups(data.spaces[data.graph.root]):
-        turns[group.frame] = np.eye(len(group.indices))
-    for _ in data.graph.objects:
-        for edge in data.edges:
-            a = alignments[edge]
-            if a is not None and a.parent.frame in turns and a.child.frame not in turns:
-                turns[a.child.frame] = a.turn @ turns[a.parent.frame]
-    return turns
-
-
 def candidate_inputs(
     data: GraphData, edge: Interaction, alignments: Mapping[Interaction, Alignment | None]
 ) -> tuple[list[StatusInput], list[StatusInput]]:
@@ -104,19 +122,32 @@ def candidate_inputs(
 
     A change is no input: it follows from the status, so that it would only tell it a tick late.
     """
-    turns = frame_turns(data, alignments)
+    turns = frame_turns(data.spaces, data.graph.root, {e: alignments[e] for e in data.edges})
+    parent, child = data.spaces[edge.parent], data.spaces[edge.child]
     ends: list[StatusInput] = []
-    alignment = alignments[edge]
+    alignment = alignments[edge] or apart(parent, child, turns)
     if alignment is not None:
-        ends.append(RelativeInput(edge, alignment, f"position of {edge.child} relative to {edge.parent}"))
+        ends.append(_relative(edge, alignment, parent, child))
     for obj in (edge.parent, edge.child):
         ends += _of_object(data, obj, turns)
     ends += _differences(data, edge)
     others: list[StatusInput] = []
     for e in data.incoming(edge.child):
-        if e != edge:
-            others += _of_object(data, e.parent, turns)
+        if e != edge:  # where the robot is matters to what it acts on alone: else it tells again where that is
+            theirs = _of_object(data, e.parent, turns)
+            others += [i for i in theirs if e.parent != data.graph.root or not isinstance(i, PlaceInput)]
     return ends, others
+
+
+def _relative(edge: Interaction, alignment: Alignment, parent: StateSpace, child: StateSpace) -> RelativeInput:
+    label = f"position of {edge.child} relative to {edge.parent}"
+    # What goes along with the parent is held however it is turned.
+    if not alignment.rows and {"x", "y"} <= set(alignment.child.axes) and alignment.parent.axes == alignment.child.axes:
+        for space, group, of_child in ((child, alignment.child, True), (parent, alignment.parent, False)):
+            heading = heading_of(space, group.frame)
+            if heading is not None:
+                return BodyInput(edge, alignment, label, heading, of_child)
+    return RelativeInput(edge, alignment, label)
 
 
 def _of_object(data: GraphData, obj: str, turns: Mapping[str, FloatArray]) -> list[StatusInput]:

@@ -23,17 +23,14 @@ from ichain_drake.learning.frozen import FrozenModel, InputScaling, freeze
 from ichain_drake.learning.selection import by_part, calibrated, calibration_error, clearly, least_slip
 from ichain_drake.learning.spec import InteractionSpec, make_classifier
 from ichain_drake.learning.status.box import Box
+from ichain_drake.learning.status.candidates import states_around, status_candidates
 from ichain_drake.learning.status.choice import Candidate, InputChoice, input_scales
 from ichain_drake.learning.status.inputs import (
-    DifferenceInput,
-    PlaceInput,
-    RelativeInput,
     States,
     StatusInput,
-    ValueInput,
-    candidate_inputs,
     objects_of,
 )
+from ichain_drake.learning.status.relative import relative_if_as_good
 from ichain_drake.learning.status.scores import event_f1, f1
 from ichain_drake.state import FloatArray
 
@@ -133,7 +130,8 @@ def learn_status(
         return always_active(len(truth))
     candidates = status_candidates(data, edge, alignments, noise, affected)
     choice = input_choice(data, edge)
-    trial = _Trial.of(data, edge, choice.choose(candidates) or _of_ends(candidates, edge), spec)
+    chosen, candidates = relative_if_as_good(choice, choice.choose(candidates), candidates)
+    trial = _Trial.of(data, edge, chosen or _of_ends(candidates, edge), spec)
     trial = _told_by_classifiers(trial, choice, candidates, data, edge, spec)
     best, decisions, slip, x, floor = trial.best, trial.decisions, least_slip(truth), trial.x, trial.floor
     before = np.concatenate([[False], truth[:-1] & (piece[1:] == piece[:-1])])
@@ -185,7 +183,7 @@ class _Trial:
     @staticmethod
     def of(data: GraphData, edge: Interaction, chosen: list[Candidate], spec: InteractionSpec) -> _Trial:
         truth, piece = data.flag(edge), data.piece_index()
-        raw = np.hstack([c.item(_states(data, edge)) for c in chosen])
+        raw = np.hstack([c.item(states_around(data, edge)) for c in chosen])
         floor = np.concatenate([c.noise for c in chosen])
         offset, scale = input_scales(raw, truth, floor)
         x, floor = (raw - offset) / scale, floor / scale
@@ -237,62 +235,11 @@ def _of_ends(candidates: Sequence[Candidate], edge: Interaction) -> list[Candida
     return [c for c in candidates if set(objects_of(c.item)) <= {edge.parent, edge.child}]
 
 
-def _states(data: GraphData, edge: Interaction) -> dict[str, FloatArray]:
-    return {n: data.stacked(n) for n in (edge.child, *data.graph.parents(edge.child))}
-
-
-def status_candidates(
-    data: GraphData,
-    edge: Interaction,
-    alignments: Mapping[Interaction, Alignment | None],
-    noise: Mapping[str, FloatArray],
-    affected: Collection[int] = (),
-) -> list[Candidate]:
-    """Everything that the status of an interaction may depend on, the likelier by its role first.
-
-    Args:
-        data, edge, alignments, noise, affected: as for `learn_status`.
-    """
-    states, truth, piece = _states(data, edge), data.flag(edge), data.piece_index()
-    ends, others = candidate_inputs(data, edge, alignments)
-    # Before an activation the child is as it was one row earlier: what follows from a status doesn't tell it.
-    first = np.concatenate([[True], piece[1:] != piece[:-1]])
-    earlier = np.where(first | np.concatenate([[False], truth[:-1]]), np.arange(len(truth)), np.arange(len(truth)) - 1)
-    lagged = states | {edge.child: states[edge.child][earlier]}
-    out = []
-    for item in (*ends, *others):
-        caused = _is_caused(item, edge, affected)
-        out.append(Candidate(item, item(lagged if caused else states), input_noise(item, noise), caused))
-    return out
-
-
 def input_choice(data: GraphData, edge: Interaction) -> InputChoice:
     """The choice of an interaction's inputs on some pieces."""
     truth, piece = data.flag(edge), data.piece_index()
     begins = np.concatenate([[True], ~truth[:-1] | (piece[1:] != piece[:-1])])
     return InputChoice(truth, piece, left_out_folds(truth, piece), begins)
-
-
-def _is_caused(item: StatusInput, edge: Interaction, affected: Collection[int]) -> bool:
-    """Whether an interaction changes what an input looks at; where child is relative to parent goes along."""
-    if isinstance(item, ValueInput):
-        return item.obj == edge.child and item.index in affected
-    return isinstance(item, PlaceInput) and item.obj == edge.child and not set(item.group.indices).isdisjoint(affected)
-
-
-def input_noise(item: StatusInput, noise: Mapping[str, FloatArray]) -> FloatArray:
-    """Noise of an input's columns, shape (n_columns,)."""
-    if isinstance(item, ValueInput):
-        return noise[item.obj][[item.index]]
-    if isinstance(item, DifferenceInput):
-        return np.hypot(noise[item.parent][[item.index[0]]], noise[item.child][[item.index[1]]])
-    # Along turned axes: the mean over the position's components.
-    if isinstance(item, RelativeInput):
-        two = item.alignment
-        parent = float(np.mean(noise[item.edge.parent][list(two.parent.indices)]))
-        child = float(np.mean(noise[item.edge.child][list(two.child.indices)]))
-        return np.full(len(two.parent.indices), np.hypot(parent, child))
-    return np.full(len(item.group.indices), float(np.mean(noise[item.obj][list(item.group.indices)])))
 
 
 def _fit(estimator: EstimatorSpec, x: FloatArray, noise: FloatArray, y: BoolArray, edge: Interaction) -> FrozenModel:

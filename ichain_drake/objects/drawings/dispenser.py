@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 from pydrake.geometry import Box, Cylinder
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from ichain_drake.objects.parts.button import LEVELS, ButtonMount
+from ichain_drake.objects.placement import Placement
 from ichain_drake.objects.vessels.cup import Cup, CupSettings
 from ichain_drake.objects.vessels.tank import Tank
 from ichain_drake.state import FloatArray
@@ -98,6 +99,7 @@ class TankDrawing:
         outlet: of the dispenser, in the robot's frame [m].
         fall: how far its jet falls [m].
         boxes: lower and upper corners of the machine's parts [m], where no plant draws them.
+        moved: how all this is moved and turned from where it is given.
     """
 
     def __init__(
@@ -108,22 +110,28 @@ class TankDrawing:
         outlet: tuple[float, float, float],
         fall: float,
         boxes: Sequence[Sequence[float]] = (),
+        moved: Placement | None = None,
     ) -> None:
         self._foot, self._radius, self._height = foot, radius, height
         self._outlet, self._fall = outlet, fall
         self._flow = Tank.state_space.index("flow")
         self._boxes = [np.array(b).reshape(2, 3) for b in boxes]
+        self._moved = moved or Placement()
+
+    def _at(self, point: FloatArray) -> RigidTransform:
+        x, y = self._moved.forth(point[0], point[1])
+        return RigidTransform(RollPitchYaw(0.0, 0.0, self._moved.turn), [x, y, point[2]])
 
     def setup(self, scene: Any) -> None:
         """Create gauge, water, jet and machine."""
         for k, (low, high) in enumerate(self._boxes):
-            scene.shape(f"part_{k}", Box(*(high - low)), (0.75, 0.78, 0.82, 1.0), RigidTransform(0.5 * (low + high)))
-        scene.place("gauge", RigidTransform(np.array(self._foot)))
+            scene.shape(f"part_{k}", Box(*(high - low)), (0.75, 0.78, 0.82, 1.0), self._at(0.5 * (low + high)))
+        scene.place("gauge", self._at(np.array(self._foot)))
         tube = RigidTransform([0, 0, self._height / 2])
         scene.shape("gauge/tube", Cylinder(self._radius * 1.25, self._height), (0.85, 0.9, 0.95, 0.25), tube)
         scene.shape("gauge/water/column", Cylinder(self._radius, self._height), water_color(0.0), tube)
         x, y, z = self._outlet
-        jet = RigidTransform([x, y, z - self._fall / 2])
+        jet = self._at(np.array([x, y, z - self._fall / 2]))
         scene.shape("jet", Box(0.006, 0.006, self._fall), water_color(0.0), jet)
 
     def update(self, scene: Any, time: float, state: FloatArray) -> None:

@@ -183,7 +183,7 @@ class Food(WorldObject):
         if self.settings.body_size:
             return state  # the plant moves it
         new = self._carry(state, parents, held, was) if np.any(held | was) else state
-        return self._knock(new, held) if self._faults.knocks else new
+        return self._knock(new, held, parents[self._hand]) if self._faults.knocks else new
 
     def _carry(self, state: FloatArray, parents: ParentStates, held: BoolArray, was: BoolArray) -> FloatArray:
         s = np.array(state, dtype=float).T
@@ -201,12 +201,12 @@ class Food(WorldObject):
         self._faults.slipped(s, was.T & ~held.T & (hand.T[self._read.grip_index] > _CUT))
         return s.T
 
-    def _knock(self, state: FloatArray, held: BoolArray) -> FloatArray:
+    def _knock(self, state: FloatArray, held: BoolArray, hand: FloatArray) -> FloatArray:
         s = np.array(state, dtype=float).T
         oven, camera = self.food.oven, self.food.camera
         middle = camera.to_robot(s[:3].T)
         inside = np.apply_along_axis(lambda p: oven.cavity.holds(p.tolist(), False), -1, middle)
-        self._faults.knock(s, ~held.T & ~inside.T, camera)
+        self._faults.knock(s, ~held.T & ~inside.T, camera, self._read.position(hand))
         return s.T
 
     def decide_active(

@@ -165,9 +165,16 @@ class Cup(WorldObject):
         held, was = np.asarray(active[self._hand]) > _CUT, new[..., self._holding] > _CUT
         if np.any(held | was):
             new = self._carry(new, parents[self._hand], held, was)
-        if self._faults.knocks:
-            self._faults.knock(new.T, ~held.T, self.cup.camera)
-        return new
+        return self._knock(new, held, parents[self._hand]) if self._faults.knocks else new
+
+    def _knock(self, state: FloatArray, held: BoolArray, hand: FloatArray) -> FloatArray:
+        s = state.T
+        now = self._faults.knock(s, ~held.T, self.cup.camera, self._read.position(hand))
+        if np.any(now):
+            x, y, z = self.cup.camera.to_robot(s[:3].T).T
+            stands = np.array([x, y, self.support(x, y, z) + self.cup.height])
+            s[:3] = np.where(now, self.cup.camera.from_robot(stands.T).T, s[:3])
+        return s.T
 
     def _carry(self, state: FloatArray, hand: FloatArray, held: BoolArray, was: BoolArray) -> FloatArray:
         s = state.T

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.objects.placement import Placement
 from ichain_drake.objects.region import Region
 from ichain_drake.state import FloatArray
 
@@ -22,14 +23,18 @@ class Surface:
     Attributes:
         x, y: from, to [m].
         height: [m].
+        moved: how it is moved and turned from where these say; None for not at all.
     """
 
     x: tuple[float, float]
     y: tuple[float, float]
     height: float
+    moved: Placement | None = None
 
     def reaches(self, x: FloatArray, y: FloatArray) -> BoolArray:
         """Whether it is above or below a place of the robot's frame [m], shape (...) each."""
+        if self.moved is not None:
+            x, y = self.moved.back(x, y)
         return (self.x[0] <= x) & (x <= self.x[1]) & (self.y[0] <= y) & (y <= self.y[1])
 
 
@@ -41,10 +46,12 @@ class CupFaults:
         slips: times [s]; a grasp is lost at each, or as soon after as the cup is held in the air. The hand must open
             and close anew.
         knocks: (time [s], dx, dy [m, robot frame]); the cup is displaced then, or as soon after as it stands.
+        away: how far the hand must be from it for that, at least [m].
     """
 
     slips: tuple[float, ...] = ()
     knocks: tuple[tuple[float, float, float], ...] = ()
+    away: float = 0.0
 
 
 @dataclass(frozen=True)

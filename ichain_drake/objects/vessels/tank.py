@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -10,12 +11,15 @@ import numpy as np
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.camera import FRAME as CAMERA
 from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.objects.parents import level_index, position_indices
 from ichain_drake.objects.region import Region
 from ichain_drake.objects.vessels.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill
-from ichain_drake.state import FloatArray, StateSpace, Variable
+from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
 
+_CONTENTS = 3  # variables
+_POSE_NOISE = (0.0015, 0.0015, 0.0015, 0.01)  # as that of a cup's reading [m, rad]
 _THRESHOLD = 3  # a level above it triggers (paper sec. VI)
 
 
@@ -29,6 +33,8 @@ class TankSettings:
         heat_rate: rise of temperature in a second while heating (paper sec. VI: 1/80).
         drain, heater: names of the two buttons among the parents; empty for none.
         camera: frame in which cups are seen.
+        stands: x, y, z [m] and turn about the vertical [rad] of the machine in the robot's frame, where the camera sees
+            it; None where it doesn't, so that nothing is measured of where it is.
     """
 
     inlet: Region = field(default_factory=lambda: Region((0.68, 0.06, 0.37), (0.04, 0.04, 0.07)))
@@ -37,6 +43,7 @@ class TankSettings:
     drain: str = "dispense"
     heater: str = "power"
     camera: CameraFrame = field(default_factory=CameraFrame)
+    stands: tuple[float, float, float, float] | None = None
 
 
 class Tank(WorldObject):
@@ -53,10 +60,13 @@ class Tank(WorldObject):
     state_space: ClassVar[StateSpace]
 
     @staticmethod
-    def space(givers: Sequence[str] = ("cup",)) -> StateSpace:
-        """The state space of a tank that certain cups pour into."""
+    def space(givers: Sequence[str] = ("cup",), *, seen: bool = False) -> StateSpace:
+        """The state space of a tank that certain cups pour into; with its place and turn where these are seen."""
         hidden = (Variable("heat_added", hidden=True), *bookkeeping(givers))
-        return StateSpace("tank", (*contents("amount"), *hidden))
+        pose = [Variable(a, "m", role=Role("position", CAMERA, a)) for a in "xyz"] if seen else []
+        if seen:
+            pose.append(Variable("turn", "rad", -math.pi, math.pi, "angle", Role("orientation", CAMERA, "z")))
+        return StateSpace("tank", (*contents("amount"), *hidden, *pose))
 
     def __init__(
         self,
@@ -73,7 +83,7 @@ class Tank(WorldObject):
         for cup in cups:
             if "flow" not in parents[cup].names:
                 raise InputError(f"{name}: its parent {cup} is neither one of its buttons nor a vessel")
-        self.state_space = self.space(cups)  # type: ignore[misc]
+        self.state_space = self.space(cups, seen=self.tank.stands is not None)  # type: ignore[misc]
         super().__init__(name, parents, initial, settings)
         self._exchange = Exchange(name, self.state_space, parents)
         self._heat = self.state_space.index("heat_added")
@@ -85,13 +95,21 @@ class Tank(WorldObject):
         Raises:
             InputError: if a value is outside 0..1.
         """
-        state = np.zeros(len(self.state_space))
+        state = self.default_state()
         fill(self.state_space, state, amount, temperature, self.get_name())
         return state
 
     def default_state(self) -> FloatArray:
-        """Empty and cold."""
-        return np.zeros(len(self.state_space))
+        """Empty and cold, where it stands."""
+        state = np.zeros(len(self.state_space))
+        if self.tank.stands is not None:
+            state[-len(_POSE_NOISE) :] = *self.tank.camera.from_robot(np.array(self.tank.stands[:3])), self._turned()
+        return state
+
+    def _turned(self) -> float:
+        """Its turn in the camera's frame [rad]."""
+        assert self.tank.stands is not None
+        return float(wrap_angle(self.tank.stands[3] + self.tank.camera.yaw))
 
     def step(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, FloatArray], noise: FloatArray, dt: float
@@ -128,9 +146,12 @@ class Tank(WorldObject):
         return on
 
     def measure(self, state: FloatArray, noise: FloatArray) -> FloatArray:
-        """Amount, temperature and change with noise."""
-        read = state[..., self._observable] + AMOUNT_NOISE * noise
-        return np.clip(read, [0.0, 0.0, -CAPACITY], CAPACITY)
+        """Amount, temperature and change with noise; its place too where it is seen."""
+        std = np.full(noise.shape[-1], AMOUNT_NOISE)
+        std[_CONTENTS:] = _POSE_NOISE[: len(std) - _CONTENTS]
+        read = state[..., self._observable] + std * noise
+        read[..., :_CONTENTS] = np.clip(read[..., :_CONTENTS], [0.0, 0.0, -CAPACITY], CAPACITY)
+        return read
 
 
 Tank.state_space = Tank.space()

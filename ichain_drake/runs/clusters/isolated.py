@@ -8,9 +8,11 @@ import os
 import select
 import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,6 +20,7 @@ from ichain_drake.errors import IchainError
 
 _PARENT_DIED = 1  # PR_SET_PDEATHSIG of prctl(2)
 _INTERRUPTED = 130
+_STOPS = (signal.SIGINT, signal.SIGTERM)
 _STEP = 1 << 16  # bytes that are read at a time
 
 
@@ -84,20 +87,24 @@ class _Child:
         sys.stdout.flush()
         sys.stderr.flush()
         self._pipe, end = os.pipe()
-        parent = os.getpid()
-        self._id = os.fork()
         self._status: int | None = None
-        if self._id == 0:
-            code = 1
-            try:
+        self._id, parent, code = -1, os.getpid(), 1
+        try:
+            with _undisturbed():
+                self._id = os.fork()
+            if self._id == 0:
                 die_with_parent()
-                if os.getppid() != parent:  # it died before
-                    os._exit(1)
-                os.close(self._pipe)
-                code = _run(job, ids, end)
-            finally:
+                if os.getppid() == parent:  # else it died before
+                    os.close(self._pipe)
+                    code = _run(job, ids, end)
+        except BaseException:
+            if self._id > 0:
+                self.end()
+            raise
+        finally:
+            if os.getpid() != parent:
                 os._exit(code)
-        os.close(end)
+            os.close(end)
 
     def lines(self, timeout: float | None) -> Iterator[tuple[str, Any]]:
         """What it finds, to its end.
@@ -145,6 +152,25 @@ class _Child:
         if self._status is None:
             self._status = os.waitstatus_to_exitcode(os.waitpid(self._id, 0)[1])
         return self._status
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Answer signals that come in the midst of a fork when it is done: Python ignores what is raised in there."""
+    caught: list[int] = []
+    before: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # no other is disturbed
+        before = {number: signal.getsignal(number) for number in _STOPS}
+        before = {number: handler for number, handler in before.items() if callable(handler)}
+    for number in before:
+        signal.signal(number, lambda number, frame: caught.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    for number in caught:
+        before[number](number, None)
 
 
 def _run(job: Job, ids: Sequence[str], end: int) -> int:

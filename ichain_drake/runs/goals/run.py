@@ -106,6 +106,8 @@ class GraphRun:
                 "goal": list(self.expressions),
                 "replans": 0 if memory is None else memory.replans,
                 "plan": [] if not isinstance(self.plan, Plan) else describe(self.plan),
+                "probability": self.plan.probability if isinstance(self.plan, Plan) else 0.0,
+                "explanation": list(self.plan.tree) if isinstance(self.plan, NoPlan) else [],
                 "failure_cause": self.cause,
                 "events": [] if memory is None else [{"step": t, "what": text} for t, text in memory.log],
                 "cautious": self.cautious,

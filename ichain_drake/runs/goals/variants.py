@@ -19,6 +19,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "knock": ("fault.kind=knock",),
     "stiff": ("fault.kind=stiff",),
     "dropout": ("fault.kind=dropout",),
+    "moved": ("fault.kind=moved",),
 }
 """Settings of each fault. `noise` is the last case: `NOISE` times the configured noise of the world."""
 

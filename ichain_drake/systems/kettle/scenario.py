@@ -128,7 +128,7 @@ class KettleScenario(Appliance[KettleStart]):
     def make_objects(self, start: KettleStart, make: ObjectMaker) -> Mapping[str, WorldObject]:
         """Both vessels and the switch."""
         faults = make.faults
-        bottle = self.bottle_settings(CupFaults(slips=faults.slips, knocks=faults.knocks))
+        bottle = self.bottle_settings(CupFaults(faults.slips, faults.knocks, faults.away))
         kettle, plate = self.kettle_settings(CupFaults(slips=faults.slips))
 
         def bottle_filled(bottle: Cup) -> FloatArray:

@@ -100,7 +100,7 @@ class Microwave(Appliance[MicrowaveStart]):
         """Geometry of the food and of what it meets, and what goes wrong."""
         wrong = faults or Faults()
         settings = LAYOUT.food_settings(self.camera())
-        return dataclasses.replace(settings, faults=CupFaults(slips=wrong.slips, knocks=wrong.knocks))
+        return dataclasses.replace(settings, faults=CupFaults(wrong.slips, wrong.knocks, wrong.away))
 
     def draw_start(self, rng: np.random.Generator) -> MicrowaveStart:
         """The food's place and temperature and the knob's angle vary; the oven is open and off."""

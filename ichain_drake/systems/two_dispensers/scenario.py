@@ -27,6 +27,7 @@ from ichain_drake.objects import (
     WorldObject,
 )
 from ichain_drake.objects.drawings.dispenser import ButtonDrawing, CupDrawing, TankDrawing
+from ichain_drake.objects.placement import Placement
 from ichain_drake.robot import BodySpec
 from ichain_drake.scenarios.adjustable import Adjustable
 from ichain_drake.scenarios.base import Scenario
@@ -84,6 +85,8 @@ class TwoDispensers(WaterDispenser):
         super().check_config()
         if self.physics != "ideal":
             raise InputError("two_dispensers: an arm does not reach both machines; give --physics ideal")
+        if self.config.machine.seen:
+            raise InputError("two_dispensers: its machines stand where they are; leave machine.seen at false")
         if not abs(self.config.spacing) >= 0.5:
             raise InputError(f"two_dispensers: spacing is {self.config.spacing} m; the machines need 0.5 m or more")
 
@@ -123,7 +126,7 @@ class TwoDispensers(WaterDispenser):
         """None: a point touches nothing."""
         return {}
 
-    def cup_settings(self, faults: CupFaults | None = None) -> CupSettings:
+    def cup_settings(self, faults: CupFaults | None = None, machine: Placement | None = None) -> CupSettings:
         """Geometry of the cup and of what it meets."""
         surfaces, outlets = [], {}
         for m in MACHINES:

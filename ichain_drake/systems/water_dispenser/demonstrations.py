@@ -50,7 +50,7 @@ class _Script(UnsteadyHand):
     def start(self, hand: tuple[float, ...], on_tray: bool = False, **content: float) -> DispenserStart:
         """A start with random contents where none are given."""
         values = {k: self.uniform(*r) for k, r in _CONTENT.items()} | content
-        return DispenserStart(self.tray() if on_tray else self.table(), hand=hand, on_tray=on_tray, **values)
+        return DispenserStart(self.tray() if on_tray else self.table(), hand=hand, on_tray=on_tray, **values)  # type: ignore[arg-type]
 
     # Moving the cup about.
 

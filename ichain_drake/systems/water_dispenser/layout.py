@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ichain_drake.objects import Region, Surface
+from ichain_drake.objects.placement import Placement
 
 
 @dataclass(frozen=True)
@@ -37,18 +38,21 @@ class DispenserLayout:
         (0.626, 0.11, 0.27, 0.734, 0.114, 0.29),
     )
 
-    def pour_region(self) -> Region:
+    def pour_region(self, moved: Placement | None = None) -> Region:
         """Where the rim of a pouring cup must be: over the inlet, up to 15 cm above it."""
         x, y, z = self.inlet
-        return Region((x, y, z + 0.08), (0.04, 0.04, 0.07))
+        return Region((x, y, z + 0.08), (0.04, 0.04, 0.07), moved=moved)
 
-    def catch_region(self, height: float) -> Region:
+    def catch_region(self, height: float, moved: Placement | None = None) -> Region:
         """Where the rim of a cup of this height [m] must be to catch the water: standing on the tray."""
         x, y, _ = self.outlet
-        return Region((x, y, self.tray.height + height), (0.02, 0.02, 0.015), round=True)
+        return Region((x, y, self.tray.height + height), (0.02, 0.02, 0.015), round=True, moved=moved)
 
 
 LAYOUT = DispenserLayout()
+
+MIDDLE = (0.73, 0.06)
+"""Middle of the machine's body, about which it is turned, x and y in the robot's frame [m]."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,7 @@ class DispenserStart:
         tank_amount, tank_temperature: the tank's content.
         hand: the hand's exposed state: x, y, z [m], roll, pitch [rad], grip.
         on_tray: whether the cup stands on the dispenser's tray rather than on the table.
+        stands: how the machine, but for its buttons' console, stands other than the layout says; None for as it does.
     """
 
     cup: tuple[float, float]
@@ -70,3 +75,4 @@ class DispenserStart:
     tank_temperature: float = 0.1
     hand: tuple[float, ...] = (0.56, -0.08, 0.25, 0.0, 1.5707963267948966, 0.0)
     on_tray: bool = False
+    stands: Placement | None = None

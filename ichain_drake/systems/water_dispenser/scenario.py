@@ -4,17 +4,20 @@ Given: the places of things (`DispenserLayout`), the camera's frame, the spread 
 `models/scenarios/water_dispenser.yaml`. Everything else is learned.
 """
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from pydrake.common.schema import Transform
 
 from ichain_drake.demonstrations.table import Demonstration
+from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.objects import Button, ButtonMount, Cup, CupFaults, CupSettings, Tank, TankSettings, WorldObject
 from ichain_drake.objects.drawings.dispenser import ButtonDrawing, CupDrawing, TankDrawing
+from ichain_drake.objects.placement import Placement
 from ichain_drake.robot import BodySpec, MotionPlanner, hand_pose
 from ichain_drake.scenarios.adjustable import Adjustable, push
 from ichain_drake.scenarios.adjustable_goal import least_wanted
@@ -28,7 +31,7 @@ from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.settings import setting
 from ichain_drake.state import FloatArray
 from ichain_drake.systems.water_dispenser.demonstrations import script_pieces
-from ichain_drake.systems.water_dispenser.layout import LAYOUT, DispenserStart
+from ichain_drake.systems.water_dispenser.layout import LAYOUT, MIDDLE, DispenserStart
 from ichain_drake.systems.water_dispenser.probes import DispenserProbes
 from ichain_drake.systems.water_dispenser.teleoperation import FORWARD, GRASP
 from ichain_drake.visualization import Camera
@@ -54,15 +57,31 @@ class DispenserStartConfig:
 
 
 @dataclass
+class MachineConfig:
+    """Where the machine stands in a run; in demonstrations it stands where the layout says. Its buttons stay there.
+
+    Attributes:
+        seen: whether the camera measures where the tank is and how it is turned.
+        shift: of the machine along x and y [m].
+        turn_deg: of the machine about its middle [deg].
+    """
+
+    seen: bool = False
+    shift: list[float] = setting(lambda: [0.0, 0.0], "m", size=2, lower=-1, upper=1)
+    turn_deg: float = setting(0.0, "deg", lower=-180, upper=180)
+
+
+@dataclass
 class WaterDispenserConfig(ApplianceConfig):
     """Configuration of the water dispenser.
 
     Attributes:
         goal, camera_shift, fault: see `ApplianceConfig`.
-        start: see there.
+        start, machine: see there.
     """
 
     start: DispenserStartConfig = field(default_factory=DispenserStartConfig)
+    machine: MachineConfig = field(default_factory=MachineConfig)
 
 
 class WaterDispenser(Appliance[DispenserStart]):
@@ -73,6 +92,16 @@ class WaterDispenser(Appliance[DispenserStart]):
     faults: ClassVar[tuple[str, ...]] = FAULTS
     config: WaterDispenserConfig
 
+    def check_config(self) -> None:
+        """Refuse a machine that is moved where nothing tells, or where the arm's own scene holds it."""
+        super().check_config()
+        machine = self.config.machine
+        if (any(machine.shift) or machine.turn_deg) and (not machine.seen or self.physics != "ideal"):
+            raise InputError(
+                "machine: a machine that is moved must be seen, and in ideal: set machine.seen=true and give "
+                "--physics ideal, or leave machine.shift and machine.turn_deg at 0"
+            )
+
     def make_graph(self) -> InteractionGraph:
         """The seven interactions of paper fig. 6; cup and tank act on each other."""
         objects = {
@@ -80,20 +109,25 @@ class WaterDispenser(Appliance[DispenserStart]):
             CUP: Cup.space([TANK]),
             POWER: Button.state_space,
             DISPENSE: Button.state_space,
-            TANK: Tank.space([CUP]),
+            TANK: Tank.space([CUP], seen=self.config.machine.seen),
         }
         by_hand = [(HAND, CUP), (HAND, POWER), (HAND, DISPENSE)]
         return InteractionGraph(objects, [*by_hand, (CUP, TANK), (DISPENSE, TANK), (POWER, TANK), (TANK, CUP)])
 
-    def cup_settings(self, faults: CupFaults | None = None) -> CupSettings:
+    def cup_settings(self, faults: CupFaults | None = None, machine: Placement | None = None) -> CupSettings:
         """Geometry of the cup and of what it meets."""
-        surfaces = (LAYOUT.tray, LAYOUT.head, LAYOUT.console)
-        outlets = {TANK: LAYOUT.catch_region(CupSettings.height)}
+        body = (replace(s, moved=machine) for s in (LAYOUT.tray, LAYOUT.head))
+        surfaces = (*body, LAYOUT.console)
+        outlets = {TANK: LAYOUT.catch_region(CupSettings.height, machine)}
         return CupSettings(outlets=outlets, surfaces=surfaces, camera=self.camera(), faults=faults or CupFaults())
 
-    def tank_settings(self) -> TankSettings:
+    def tank_settings(self, machine: Placement | None = None) -> TankSettings:
         """Geometry of the inlet, rates, and which button does what."""
-        return TankSettings(LAYOUT.pour_region(), drain=DISPENSE, heater=POWER, camera=self.camera())
+        place = machine or Placement(MIDDLE)
+        stands = (*place.forth(*MIDDLE), 0.0, place.turn) if self.config.machine.seen else None
+        return TankSettings(
+            LAYOUT.pour_region(machine), drain=DISPENSE, heater=POWER, camera=self.camera(), stands=stands
+        )
 
     def button_mount(self, name: str, stiff: float = 1.0) -> ButtonMount:
         """Where a button is."""
@@ -108,7 +142,15 @@ class WaterDispenser(Appliance[DispenserStart]):
             float(rng.uniform(config.water[0], config.water[1])),
             float(rng.uniform(config.temperature[0], config.temperature[1])),
             hand=self.home(),
+            stands=self.placement(),
         )
+
+    def placement(self) -> Placement | None:
+        """How the machine stands in runs; None for as the layout says."""
+        x, y = self.config.machine.shift
+        if not (x or y or self.config.machine.turn_deg):
+            return None
+        return Placement(MIDDLE, (x, y), math.radians(self.config.machine.turn_deg))
 
     def make_objects(self, start: DispenserStart, make: ObjectMaker) -> Mapping[str, WorldObject]:
         """Cup, buttons and tank; slips, knocks and drop-outs meet the cup."""
@@ -116,12 +158,12 @@ class WaterDispenser(Appliance[DispenserStart]):
         return {
             CUP: self.make_cup(start, make),
             **{b: make(Button, b, mount=mount) for b, mount in mounts.items()},
-            TANK: self.make_tank(TANK, start, make, self.tank_settings()),
+            TANK: self.make_tank(TANK, start, make, self.tank_settings(start.stands)),
         }
 
     def make_cup(self, start: DispenserStart, make: ObjectMaker) -> Cup:
         """The cup in its start state."""
-        settings = self.cup_settings(CupFaults(slips=make.faults.slips, knocks=make.faults.knocks))
+        settings = self.cup_settings(CupFaults(make.faults.slips, make.faults.knocks, make.faults.away), start.stands)
         rim = (*start.cup, settings.height + (LAYOUT.tray.height if start.on_tray else 0.0))
 
         def filled(cup: Cup) -> FloatArray:
@@ -177,7 +219,9 @@ class WaterDispenser(Appliance[DispenserStart]):
             CUP: CupDrawing(self.cup_settings(), glass=not contact, bottom=LAYOUT.inlet[2] - 0.02),
             POWER: ButtonDrawing(self.button_mount(POWER), _RED, cap=not contact),
             DISPENSE: ButtonDrawing(self.button_mount(DISPENSE), _BLUE, cap=not contact),
-            TANK: TankDrawing((0.77, -0.04, 0.03), 0.012, 0.22, (x, y, z), z - LAYOUT.tray.height, boxes),
+            TANK: TankDrawing(
+                (0.77, -0.04, 0.03), 0.012, 0.22, (x, y, z), z - LAYOUT.tray.height, boxes, self.placement()
+            ),
             **super().drawings(),
         }
 

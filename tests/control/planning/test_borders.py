@@ -6,9 +6,11 @@ import numpy as np
 from toy_models import TAP_START, tap
 
 from ichain_drake.control.planning.borders import crossed, find_borders
+from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.enabling import find_enabling
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.options import find_carries, find_drives
+from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
@@ -64,7 +66,9 @@ def test_an_object_is_brought_where_something_later_makes_its_interaction_possib
     enabling = find_enabling(model, carry)
     assert [e.edge for e in enabling] == [FALL]
     np.testing.assert_allclose(enabling[0].place, [1.0], atol=0.05)
-    assert enabling[0].missing(model, [TAP_START, {**TAP_START, "cup": np.array([1.0, 0.0])}]).tolist() == [True, False]
+    assert enabling[0].missing(
+        model, Frames(model), [TAP_START, {**TAP_START, "cup": np.array([1.0, 0.0])}]
+    ).tolist() == [True, False]
     (targets,) = carry_targets(model, carry, [TAP_START], TAP_START, (), enabling)
     assert any(abs(t[0] - 1.0) < 0.05 for t in targets)
     assert not any(abs(t[0] - 1.0) < 0.05 for t in carry_targets(model, carry, [TAP_START], TAP_START, ())[0][:1])

@@ -2,10 +2,11 @@
 
 from toy_models import TAP_START, tap
 
+from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.options import find_carries, find_drives
+from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
 from ichain_drake.graph import Interaction

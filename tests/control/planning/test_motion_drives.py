@@ -6,9 +6,10 @@ import numpy as np
 from toy_models import lamp, tap
 from winding import GEAR, PUMP_START, SHADE_START, pump, shade
 
+from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.motion_drives import find_motion_drives
-from ichain_drake.control.planning.options import find_carries, find_drives
+from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
 

@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ichain_drake.control.planning.options import CarryOption, _unseen, find_carries, find_drives
+from ichain_drake.control.planning.carries import CarryOption, find_carries
+from ichain_drake.control.planning.options import _unseen, find_drives
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -57,7 +58,10 @@ def test_a_drive_is_found_from_where_there_is_room_for_it() -> None:
     examples = SimpleNamespace(active=samples)
     fire = SimpleNamespace(
         graph=InteractionGraph(spaces, ["robot->knob", "knob->pot"]),
-        edges={e: SimpleNamespace(examples=examples, effects=[SimpleNamespace(variable=0)]) for e in (turn, heat)},
+        edges={
+            e: SimpleNamespace(examples=examples, effects=[SimpleNamespace(variable=0)], alignment=None, relative=False)
+            for e in (turn, heat)
+        },
         passive={n: SimpleNamespace(variables=[SimpleNamespace(kind="hold")]) for n in ("knob", "pot")},
         low=dict.fromkeys(spaces, np.zeros(1)),
         high=dict.fromkeys(spaces, np.ones(1)),
@@ -84,7 +88,7 @@ def test_what_is_spilled_by_tilting_does_not_follow_the_hand() -> None:
     examples = SimpleNamespace(active=samples, deactivations=SimpleNamespace(after=samples))
     model = SimpleNamespace(
         graph=graph,
-        edges={CARRY: SimpleNamespace(examples=examples)},
+        edges={CARRY: SimpleNamespace(examples=examples, alignment=None, relative=False)},
         passive={"cup": SimpleNamespace(variables=[SimpleNamespace(kind="hold")] * 3)},
         low={"cup": np.zeros(3)},
         high={"cup": np.ones(3)},

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from toy_models import LAMP_START, TAP_START, ToyModel, lamp, tap
 
+from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goals import gap, parse_goal, value_of
-from ichain_drake.control.planning.options import find_carries, find_drives
+from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.plan import NoPlan, Plan, States
 from ichain_drake.control.planning.planner import GraphPlanner, SearchSettings
 

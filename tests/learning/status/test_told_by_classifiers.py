@@ -7,7 +7,8 @@ from ichain_drake.learning import InteractionSpec
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.learning.data import GraphData, Piece
 from ichain_drake.learning.noise import measurement_std
-from ichain_drake.learning.status.status import input_choice, learn_status, status_candidates
+from ichain_drake.learning.status.candidates import status_candidates
+from ichain_drake.learning.status.status import input_choice, learn_status
 from ichain_drake.state import StateSpace, Variable
 
 REACH, NOISE = 0.08, 0.004

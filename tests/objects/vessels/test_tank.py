@@ -8,6 +8,7 @@ from dispenser_scene import HAND, DispenserLoop, hand
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects import Button, Cup, Tank, TankSettings, check_object
+from ichain_drake.objects.camera import CameraFrame
 
 AWAY = hand(0.4, -0.3, 0.3)
 ON_POWER = hand(0.5, 0.18, 0.062, pitch=0.0, grip=1.0)
@@ -102,3 +103,14 @@ def test_the_sensor_is_noisy_within_its_range() -> None:
     assert read[:, 0].max() == 1.0
     assert read[:, 1].std() == pytest.approx(0.004, rel=0.1)
     assert math.isclose(read[:, 2].mean(), 0.0, abs_tol=1e-3)
+
+
+def test_where_the_camera_sees_the_machine_its_place_is_measured() -> None:
+    camera = CameraFrame(0.3, (0.1, 0.0, -0.1))
+    tank = Tank("tank", PARENTS, tank=TankSettings(camera=camera, stands=(0.7, 0.1, 0.0, 0.2)))
+    check_object(tank)
+    state = tank.state_at(0.5, 0.2)
+    read = tank.measure(state, np.zeros(len(tank.state_space.observable)))
+    np.testing.assert_allclose(read[3:6], camera.from_robot(np.array([0.7, 0.1, 0.0])))
+    assert read[6] == pytest.approx(0.5)
+    assert tank.state_space.observable.names == ("amount", "temperature", "change", "x", "y", "z", "turn")

@@ -29,7 +29,7 @@ def trial(number: int = 0, *settings: str, monitors: bool = True, goal: tuple[st
 
 def test_the_lines_of_the_table():
     lines = [(v.method, v.case) for v in choose_variants((), SCENARIO, 16)]
-    cases = ["none", "slip", "knock", "stiff", "dropout", "noise"]
+    cases = ["none", "slip", "knock", "stiff", "dropout", "moved", "noise"]
     assert lines == [
         *(("monitors", c) for c in cases), *(("no_monitors", c) for c in cases), ("no_roles", "none"),
         *(("pieces", f"{n} pieces") for n in (6, 8, 10, 12, 14, 16)),
@@ -60,7 +60,7 @@ def test_cases_that_a_physics_has_not_are_left_out_and_said():
     contact, skipped = WaterDispenser((), "contact"), dict[str, str]()
     left = possible_variants(choose_variants(["monitors"], contact, 16), contact, (), skipped)
     assert [v.case for v in left] == ["none", "stiff", "dropout", "noise"]
-    assert set(skipped) == {"slip", "knock"}
+    assert set(skipped) == {"slip", "knock", "moved"}
     assert "in contact the plant alone moves things" in skipped["slip"]
 
 

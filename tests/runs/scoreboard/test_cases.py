@@ -57,7 +57,8 @@ def test_systems_of_ones_own_are_taken_in(tmp_path):
 def test_patterns():
     names = [c.name for c in all_cases(WHOLE, only=["kettle/*/ideal/*", "ship/bends/ideal/none"])[0]]
     assert names[-1] == "ship/bends/ideal/none"
-    assert set(names[:-1]) == {f"kettle/goal/ideal/{f}" for f in ("none", "slip", "knock", "stiff", "dropout", "noise")}
+    faults = ("none", "slip", "knock", "stiff", "dropout", "moved", "noise")
+    assert set(names[:-1]) == {f"kettle/goal/ideal/{f}" for f in faults}
     with pytest.raises(
         InputError, match=r"--only nix/\*: no row is called so; rows are named as car_game/eight/ideal/none"
     ):
@@ -71,7 +72,7 @@ def test_a_job_has_all_that_shares_demonstrations_and_every_trial_a_seed_of_its_
     assert len(set(ids)) == len(ids) == sum(c.trials for c in cases)
     kettle = [job for job in jobs if job.ids[0].startswith("kettle")]
     assert [job.seed for job in kettle] == list(range(70, 90))
-    assert all(len(job.ids) == 6 for job in kettle)
+    assert all(len(job.ids) == 7 for job in kettle)
     games = [job for job in jobs if job.ids[0].startswith("car_game")]
     assert [len(job.ids) for job in games] == [6] * 10 + [3] * 10  # noise in half of them
     assert make_jobs(cases, 70) == jobs

@@ -1,0 +1,39 @@
+"""How likely a plan is to succeed, by what its learned models say of themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import ndtr
+
+from ichain_drake.control.planning.goals import value_of
+from ichain_drake.control.planning.plan import Condition, Goal, PlanStep
+from ichain_drake.learning.model import InteractionModel
+
+
+def success_probability(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
+    """Probability that all steps of a plan work and leave the goal's conditions met.
+
+    Steps count as independent of each other, and so do conditions.
+
+    Args:
+        model: the learned graph.
+        goal: what is wanted.
+        steps: of the plan.
+    """
+    likely = math.prod(s.probability for s in steps)
+    return float(likely * math.prod(_holds(model, c, steps) for c in goal.conditions))
+
+
+def _holds(model: InteractionModel, condition: Condition, steps: Sequence[PlanStep]) -> float:
+    """Probability that a condition on what some step changes holds in the end, by its margin there."""
+    last = next((s for s in reversed(steps) if s.chain[-1].child == condition.object), None)
+    if last is None:
+        return 1.0
+    obj, value = condition.object, float(value_of(condition, steps[-1].predicted, model.graph))
+    i = model.graph.objects[obj].observable.index(condition.variable)
+    # A drive ends under feedback: what is left open is a tick of it, and the readings that say when to stop.
+    std = max(float(np.hypot(model.spread(obj, last.chain)[i], model.noise[obj][i])), 1e-12)
+    return float(ndtr((value - condition.lower) / std) * ndtr((condition.upper - value) / std))

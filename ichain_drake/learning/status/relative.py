@@ -1,0 +1,73 @@
+"""A place relative to another object in place of a place: the prior of roles where demonstrations can't tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.learning.selection import by_part
+from ichain_drake.learning.status.choice import Candidate, InputChoice
+from ichain_drake.learning.status.inputs import PlaceInput, RelativeInput, objects_of
+from ichain_drake.state import FloatArray
+
+_SURE = 2.0  # standard errors by which the place of something must say more than its place relative to the other
+_AROUND = 4  # rows to either side that the mean of what stands still is taken over: a third of its noise is left
+_STILL = 4.0  # noises from their median, within which all of them are of something that stands still
+
+
+def relative_if_as_good(
+    choice: InputChoice, chosen: Sequence[Candidate], candidates: Sequence[Candidate]
+) -> tuple[list[Candidate], list[Candidate]]:
+    """The place of one end relative to the other in place of its place, where it is not surely worse.
+
+    What is beside the other wherever that is can't be told from what is at a place while the other stays there: the
+    roles say which of the two holds elsewhere. Beside a relative place of what doesn't move along, a place of an end
+    would say once more, along other axes, what was shown while the other stood: it is left out.
+
+    Args:
+        choice: of the inputs.
+        chosen: inputs so far.
+        candidates: all of them.
+
+    Returns:
+        The inputs, and the candidates that are left.
+    """
+    out = list(chosen)
+    for relative in candidates:
+        if not isinstance(relative.item, RelativeInput):
+            continue
+        ends = objects_of(relative.item)
+        for k, c in enumerate(out):
+            if relative in out or not _is_place(c, ends):
+                continue
+            other = [*out[:k], relative, *out[k + 1 :]]
+            gains = by_part(choice.left_out(out) - choice.left_out(other), choice.piece)
+            out = out if gains.sum() > _SURE * np.sqrt(np.sum(gains**2)) else other
+        if relative in out and not relative.item.alignment.rows and any(_is_place(c, ends) for c in out):
+            fewer = [c for c in candidates if not _is_place(c, ends)]
+            return choice.choose(fewer), fewer
+    return out, list(candidates)
+
+
+def _is_place(candidate: Candidate, objects: Sequence[str]) -> bool:
+    return isinstance(candidate.item, PlaceInput) and candidate.item.obj in objects
+
+
+def rested(values: FloatArray, piece: NDArray[np.intp], noise: FloatArray) -> FloatArray:
+    """Readings, shape (n, n_variables), with their mean over the rows around each in place of what stands still.
+
+    Args:
+        values: readings, shape (n, n_variables).
+        piece: piece of each row, shape (n,).
+        noise: standard deviation of a reading, shape (n_variables,).
+    """
+    out = values.copy()
+    for k in np.unique(piece):
+        rows = np.flatnonzero(piece == k)
+        index = rows[np.clip(np.arange(len(rows))[:, None] + np.arange(-_AROUND, _AROUND + 1), 0, len(rows) - 1)]
+        near = values[index]
+        still = (np.abs(near - np.median(near, axis=1, keepdims=True)) <= _STILL * noise).all(axis=1)
+        out[rows] = np.where(still, near.mean(axis=1), values[rows])
+    return out

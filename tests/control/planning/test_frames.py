@@ -1,0 +1,72 @@
+"""What was beside something is beside it again, wherever it stands and however it is turned."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ichain_drake.control.planning.frames import Frames
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.effects.alignment import Alignment, position_groups
+from ichain_drake.state import Role, StateSpace, Variable
+
+TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])  # p_jug = TURN @ p_robot: a quarter turn
+
+
+def place(frame, *more):
+    return tuple(Variable(a, "m", role=Role("position", frame, a)) for a in "xy") + more
+
+
+def model(*, relative=True):
+    heading = Variable("turn", "rad", -np.pi, np.pi, "angle", Role("orientation", "camera", "z"))
+    spaces = {
+        "robot": StateSpace("robot", (*(Variable(a, "m", -1, 1, role=Role("position", "base", a)) for a in "xy"),)),
+        "jug": StateSpace("jug", place("camera", Variable("water"))),
+        "stove": StateSpace("stove", place("camera", heading)),
+        "lamp": StateSpace("lamp", (Variable("light"),)),
+    }
+    graph = InteractionGraph(spaces, ["robot->jug", "jug->stove", "robot->lamp"])
+    groups = {n: next(iter(position_groups(s)), None) for n, s in spaces.items()}
+    held = Alignment(groups["robot"], groups["jug"], (), TURN, np.zeros((2, 0)), np.array([0.1, 0.0]), 20, 0.0)
+    edges = {
+        Interaction("robot", "jug"): SimpleNamespace(alignment=held, relative=True),
+        Interaction("jug", "stove"): SimpleNamespace(alignment=None, relative=relative),
+        Interaction("robot", "lamp"): SimpleNamespace(alignment=None, relative=False),
+    }
+    return SimpleNamespace(graph=graph, edges=edges)
+
+
+def test_an_object_goes_and_turns_with_what_it_is_relative_to():
+    frames = Frames(model())
+    jug, stove = np.array([1.0, 0.0, 0.7]), np.array([0.5, 0.0, 0.0])
+    moved = frames.along("jug", jug, "stove", stove, np.array([0.0, 2.0, np.pi / 2]))
+    np.testing.assert_allclose(moved, [0.0, 2.5, 0.7], atol=1e-12)
+    back = frames.along("jug", moved, "stove", np.array([0.0, 2.0, np.pi / 2]), stove)
+    np.testing.assert_allclose(back, jug, atol=1e-12)
+
+
+def test_the_robot_goes_with_what_it_holds_along_its_own_axes():
+    frames = Frames(model())
+    was, now = np.zeros(3), np.array([0.3, 0.0, 0.0])
+    np.testing.assert_allclose(frames.along("robot", np.zeros((4, 2)), "jug", was, now), np.tile([0.0, 0.3], (4, 1)))
+    assert frames.is_carried("jug")
+    assert not frames.is_carried("lamp")
+
+
+def test_what_has_no_position_leaves_things_as_they_are():
+    frames, robot = Frames(model()), np.array([0.4, 0.2])
+    np.testing.assert_array_equal(frames.along("robot", robot, "lamp", np.zeros(1), np.ones(1)), robot)
+    assert not frames.goes_with(Interaction("robot", "lamp"))
+
+
+@pytest.mark.parametrize(("relative", "anchors"), [(True, ("stove",)), (False, ())])
+def test_places_are_relative_to_what_a_status_looks_at(relative, anchors):
+    assert Frames(model(relative=relative)).anchors("jug") == anchors
+
+
+def test_how_far_an_object_can_be_taken_follows_from_the_robots_bounds():
+    low, high = Frames(model()).reach("jug")
+    np.testing.assert_allclose(low[:2], [-0.9, -1.0])
+    np.testing.assert_allclose(high[:2], [1.1, 1.0])
+    assert np.isnan(low[2])
+    assert Frames(model()).reach("lamp") is None
