@@ -180,7 +180,9 @@ def learn_alignment(data: GraphData, edge: Interaction, noise: Mapping[str, Floa
         if left > _UNEXPLAINED:
             return None
         turn = np.eye(len(ic)) if same_frame else turn
-    elif not same_frame:
+    elif same_frame:
+        moving[:] = False  # too few displacements to learn from
+    else:
         return None
     places = before[:, ip] @ turn.T + _circular(before, angles) @ sway.T
     shift = np.median(before[:, child_columns] - places, axis=0)
