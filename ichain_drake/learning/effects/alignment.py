@@ -180,9 +180,7 @@ def learn_alignment(data: GraphData, edge: Interaction, noise: Mapping[str, Floa
         if left > _UNEXPLAINED:
             return None
         turn = np.eye(len(ic)) if same_frame else turn
-    elif same_frame:
-        moving[:] = False  # too few displacements to learn from
-    else:
+    elif not same_frame:
         return None
     places = before[:, ip] @ turn.T + _circular(before, angles) @ sway.T
     shift = np.median(before[:, child_columns] - places, axis=0)
