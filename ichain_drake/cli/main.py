@@ -16,6 +16,7 @@ from pathlib import Path
 import click
 
 from ichain_drake.cli.check import check
+from ichain_drake.cli.discover import discover
 from ichain_drake.cli.library_commands import library
 from ichain_drake.cli.logs import export_command, import_command
 from ichain_drake.cli.options import PATH, options, scenario_named
@@ -34,7 +35,7 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, relearn, scoreboard, check, import_command, export_command, library):
+for _command in (teach, learn, discover, relearn, scoreboard, check, import_command, export_command, library):
     app.add_command(_command)
 
 
@@ -66,7 +67,7 @@ def settings(scenario: str) -> None:
 @click.argument("more", nargs=-1, metavar="")
 @click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
-@options("resample", "library")
+@options("resample", "unlabelled", "no_graph", "graph_file", "library")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
 @options("report", "output", "without")
 @click.option("--oracle/--no-oracle", help="also run the oracle, for comparison; it takes longer than the run")
@@ -84,6 +85,9 @@ def run(
     goal: tuple[str, ...],
     demos: Path | None,
     resample: bool,
+    unlabelled: bool,
+    no_graph: bool,
+    graph_file: Path | None,
     library: Path | None,
     record: Path | None,
     report: str | None,
@@ -99,7 +103,8 @@ def run(
     SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
     """
     from ichain_drake import rules
-    from ichain_drake.cli.run import RunFiles, asked_for, run_scenario
+    from ichain_drake.cli.run import RunFiles, asked_for, run_scenario, taught_by
+    from ichain_drake.runs.goals.unlabelled import Taught
 
     if more and not (paths or goal):
         raise IchainError(f"unexpected argument {more[0]!r}; names of paths go behind --paths, goals behind --goal")
@@ -109,7 +114,8 @@ def run(
     files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
     with rules.without(without):
         asked = (goal, [*paths, *more]) if paths else ([*goal, *more], paths)
-        started = asked_for(loaded, asked[0], path, asked[1], smooth=smooth)
+        taught = taught_by(loaded, Taught(unlabelled, no_graph, graph_file))
+        started = asked_for(loaded, asked[0], path, asked[1], smooth=smooth, taught=taught)
         return run_scenario(
             started, files, path, demos, library, oracle=oracle, resampled=resample, meshcat=meshcat, realtime=realtime
         )
@@ -122,7 +128,7 @@ def run(
 @options("physics", "seed")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
 @click.option("--explain", is_flag=True, help="also what was tried for each condition, and how likely each step is")
-@options("resample", "library", "settings")
+@options("resample", "unlabelled", "no_graph", "graph_file", "library", "settings")
 def plan(
     scenario: str,
     goal: tuple[str, ...],
@@ -132,17 +138,22 @@ def plan(
     demos: Path | None,
     explain: bool,
     resample: bool,
+    unlabelled: bool,
+    no_graph: bool,
+    graph_file: Path | None,
     library: Path | None,
     settings: tuple[str, ...],
 ) -> int:
     """Print the plan for a goal over an interaction graph, or why there is none."""
     from ichain_drake.cli.plan import print_plan
+    from ichain_drake.runs.goals.unlabelled import Taught
     from ichain_drake.scenarios import PathScenario
 
     loaded = scenario_named(scenario, settings, physics, seed)
     if isinstance(loaded, PathScenario):
         raise IchainError(f"{scenario} follows paths; `ichain plan` is for scenarios with a goal")
-    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample, explain=explain)
+    taught = Taught(unlabelled, no_graph, graph_file)
+    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample, explain=explain, taught=taught)
 
 
 @app.command()
@@ -150,7 +161,7 @@ def plan(
 @options("physics", "seed")
 @click.option("--trials", type=int, help="number of seeds; 20 for paths, 5 for goals by default")
 @click.option(
-    "--methods", metavar="A,B", default="", help="only these (paths: also method@samples; goals: also method/case)"
+    "--methods", metavar="A,B", default="", help="only these (also method@samples, method/case; or labels,edges)"
 )
 @click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
 @click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
@@ -178,15 +189,20 @@ def evaluate(
     """
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
+    from ichain_drake.cli.evaluate_discovery import evaluate_discovery_of
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
     from ichain_drake.runs.clusters.workers import Workers
+    from ichain_drake.runs.discovery import METHODS
     from ichain_drake.scenarios import PathScenario
 
     workers = Workers(jobs, cluster, trial_timeout)
     loaded = scenario_named(scenario, settings, physics, seed)
     names = [m.strip() for m in methods.split(",") if m.strip()]
     with rules.without(without):
-        if isinstance(loaded, PathScenario):
+        if set(names) & set(METHODS):
+            count = 5 if trials is None else trials
+            evaluate_discovery_of(loaded, list(settings), count, names, workers, report, output, resume=resume)
+        elif isinstance(loaded, PathScenario):
             if shared:
                 raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
             count = 20 if trials is None else trials

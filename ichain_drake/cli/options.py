@@ -37,6 +37,15 @@ def options(*names: str) -> Callable[[FunctionT], FunctionT]:
         "resample": click.option(
             "--resample", is_flag=True, help="take demonstrations of another rate, or with gaps, to 3 Hz"
         ),
+        "unlabelled": click.option(
+            "--unlabelled", is_flag=True, help="goals: flags of demonstrations are inferred where they are missing"
+        ),
+        "no_graph": click.option(
+            "--no-graph", is_flag=True, help="with --unlabelled: which objects act on which is found out, too"
+        ),
+        "graph_file": click.option(
+            "--graph", "graph_file", type=PATH, metavar="FILE", help="goals: edges from `ichain discover`"
+        ),
         "library": click.option("--library", type=PATH, metavar="DIR", help="a library of learned interactions"),
     }
 

@@ -12,8 +12,10 @@ from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
+from ichain_drake.learning import InteractionModel
 from ichain_drake.runs.goals.plan import make_plan
 from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.learn import learn_rest
 from ichain_drake.runs.pieces import read_for, record_pieces
 from ichain_drake.simulation.wiring import look
@@ -27,6 +29,7 @@ def print_plan(
     *,
     resampled: bool = False,
     explain: bool = False,
+    taught: Taught | None = None,
 ) -> int:
     """`ichain plan`: learn (what the library doesn't know of the graph), look, plan, print.
 
@@ -40,17 +43,25 @@ def print_plan(
     spec = graph_spec(scenario.config)
     before = known_of(scenario, library)
     check_there(demos)
+    taught = taught or Taught()
+    graph, unlabelled = taught.graph(scenario.graph), taught.unlabelled
     with Reporter() as say:
 
         def show(known: Collection[Interaction]) -> Sequence[Demonstration]:
             if demos is not None:
-                return read_for(scenario, demos, known, resampled=resampled, say=say.note)
+                return read_for(
+                    scenario, demos, known, graph=graph, resampled=resampled, unlabelled=unlabelled, say=say.note
+                )
             say("recording demonstrations")
             pieces: list[Demonstration] = []
             record_pieces(scenario, pieces, say=say, known=[e.name for e in known])
             return pieces
 
-        model = learn_rest(show, scenario.graph, before, spec, say)
+        if unlabelled and not isinstance(before, InteractionModel):
+            labels = taught.labelled(show(()), graph, say.note, recorded=demos is None)
+            model = learn_rest(lambda known: labels.pieces, labels.graph, before, spec, say)
+        else:
+            model = learn_rest(show, graph, before, spec, say)
         start = look(scenario.make_world(0))
         say("planning")
         _, plan = make_plan(model, goal, start)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
@@ -24,15 +24,15 @@ from ichain_drake.control.planning.plan import Plan
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.files import held, real_path, unused_folder
 from ichain_drake.graph import write_drawing
-from ichain_drake.learning import InteractionModel
 from ichain_drake.runs.goals.run import GraphRun, own_goal
-from ichain_drake.runs.learn import Known, learn
-from ichain_drake.runs.library import load, save
+from ichain_drake.runs.goals.unlabelled import Taught
+from ichain_drake.runs.learn import Known
+from ichain_drake.runs.library import load
 from ichain_drake.runs.output import write_pictures_of, write_playback_of
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder, write_report
 from ichain_drake.runs.paths.result import PathRun
-from ichain_drake.runs.pieces import check_settings, read_for
+from ichain_drake.runs.pieces import check_settings
 from ichain_drake.runs.provenance import versions
 from ichain_drake.runs.run import carry_out, start_run
 from ichain_drake.scenarios import PathScenario, Scenario, build_world
@@ -143,14 +143,32 @@ def goal_of(scenario: Any, expressions: Sequence[str]) -> tuple[str, ...]:
     return goal
 
 
+def taught_by(scenario: Scenario, taught: Taught) -> Taught:
+    """What demonstrations say beside states, as the command line has it.
+
+    Raises:
+        InputError: on options that are not for a scenario that follows paths, and on a graph that can't be read.
+    """
+    if isinstance(scenario, PathScenario) and taught != Taught():
+        raise InputError(f"{scenario.name} follows paths: its links need no flags, and its chain is its own")
+    taught.graph(scenario.graph)
+    return taught
+
+
 def asked_for(
-    scenario: Scenario, goal: Sequence[str], path: Sequence[Path], paths: Sequence[str], *, smooth: bool
+    scenario: Scenario,
+    goal: Sequence[str],
+    path: Sequence[Path],
+    paths: Sequence[str],
+    *,
+    smooth: bool,
+    taught: Taught,
 ) -> PathRun | GraphRun:
     """The run that the command line asks for: towards a goal, or along paths.
 
     Args:
         scenario: what runs.
-        goal, path, paths, smooth: as the command's options.
+        goal, path, paths, smooth, taught: as the command's options.
 
     Raises:
         InputError: on options that are for the other kind, and on goals or paths that can't be.
@@ -159,7 +177,10 @@ def asked_for(
     if not isinstance(scenario, PathScenario):
         if path or paths:
             raise InputError(f"{name} is asked for a goal: --path and --paths are not for it")
-        return start_run(scenario, goal_of(scenario, goal))
+        run = start_run(scenario, goal_of(scenario, goal))
+        assert isinstance(run, GraphRun)
+        run.taught = taught
+        return run
     if goal:
         raise InputError(f"{name} follows paths: give --path or --paths, not --goal")
     if smooth and not path:
@@ -263,37 +284,6 @@ def _paths_table(run: PathRun) -> Table:
         done = "yes" if result.completed else "no"
         table.add_row(result.name, done, f"{result.error:.3f}", *oracle, f"{result.paper_metric:.3f}")
     return table
-
-
-def learn_library(scenario: Scenario, demos: Path, library: Path, *, resampled: bool = False) -> None:
-    """`ichain learn`: learn all of a scenario's graph from demonstrations and save it.
-
-    Raises:
-        InputError: on bad demonstrations, or a library that can't be written.
-    """
-    check_settings(scenario)
-    with Reporter() as say:
-        pieces = read_for(scenario, demos, resampled=resampled, say=say.note)
-        prepare_folder(library)
-        say(f"learning from {len(pieces)} pieces")
-        model = learn(scenario, pieces, progress=say)
-    save(model, library, scenario.name)
-    for line in _learned(model):
-        print(line)
-
-
-def _learned(model: InteractionModel) -> Iterator[str]:
-    """A line on each interaction."""
-    for link in () if model.chain is None else model.chain.links:
-        forward = link.forward
-        yield f"{link.interaction.name}: {forward.samples} samples, score {forward.score:.4f}, {forward.spec}"
-    for edge, learned in model.edges.items():
-        names = model.graph.objects[edge.child].observable.names
-        changed = ", ".join(names[e.variable] for e in learned.effects) or "nothing seen"
-        status = learned.status
-        line = f"{edge.name}: {status.samples} samples, F1 {status.score:.4f}, {status.estimator}; changes {changed}"
-        customary = f"; customary: {', '.join(learned.customary.labels)}" if learned.customary.labels else ""
-        yield line + customary
 
 
 def draw_graph(scenario: Scenario, file: Path | None, *, diagram: bool) -> str:

@@ -64,12 +64,23 @@ def teach(
 @options("scenario")
 @click.option("--demos", type=PATH, metavar="DIR", required=True, help="folder of demonstrations")
 @click.option("-o", "--output", type=PATH, metavar="LIBRARY", required=True, help="folder for what is learned")
-@options("resample", "settings")
-def learn(scenario: str, demos: Path, output: Path, resample: bool, settings: tuple[str, ...]) -> None:
+@options("resample", "unlabelled", "no_graph", "graph_file", "settings")
+def learn(
+    scenario: str,
+    demos: Path,
+    output: Path,
+    resample: bool,
+    unlabelled: bool,
+    no_graph: bool,
+    graph_file: Path | None,
+    settings: tuple[str, ...],
+) -> None:
     """Learn a scenario's links, or its whole graph, from demonstrations and save them as a library."""
-    from ichain_drake.cli.run import learn_library
+    from ichain_drake.cli.learn_library import learn_library
+    from ichain_drake.runs.goals.unlabelled import Taught
 
-    learn_library(scenario_named(scenario, settings, "ideal", 0), demos, output, resampled=resample)
+    taught = Taught(unlabelled, no_graph, graph_file)
+    learn_library(scenario_named(scenario, settings, "ideal", 0), demos, output, resampled=resample, taught=taught)
 
 
 @click.command()

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ichain_drake.demonstrations.checks import check_columns, check_values
 from ichain_drake.demonstrations.columns import TIME, column
@@ -26,12 +27,15 @@ class Demonstration:
         units: unit of each variable column.
         name: what errors call it; the file it came from.
         first_line: line of that file in which the first row is.
+        open: per interaction name rows, shape (n_rows,), in which nothing shows whether it is active, for
+            interactions whose flags were inferred from states (see `learning.discovery`).
     """
 
     table: pd.DataFrame
     units: Mapping[str, str] = field(default_factory=dict)
     name: str = "demonstration"
     first_line: int = 2
+    open: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.table)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ def read_pieces(
     known: Collection[Interaction] = (),
     *,
     resampled: bool = False,
+    unlabelled: bool = False,
     say: Callable[[str], None] | None = None,
 ) -> list[Demonstration]:
     """Read every piece of a folder and check them for learning a graph, before anything else is done with them.
@@ -36,21 +38,29 @@ def read_pieces(
         graph: the interaction graph.
         known: interactions that they need not show.
         resampled: whether to take pieces of another period to the library's.
+        unlabelled: whether flags may be missing or empty; they are left as they are.
         say: called with a line on each thing that was done: files passed over, units converted, pieces resampled.
 
     Raises:
         InputError: if the folder or a file can't be read, and as `check_pieces` and `check_flags`.
     """
     pieces = prepare(read_folder(folder, say), graph, resampled=resampled, say=say)
-    check_pieces(pieces, graph)
+    check_pieces(pieces, graph, unlabelled=unlabelled)
+    if unlabelled:
+        return pieces
     shown = [e for e in graph.interactions if e not in known]
     flags = {e: [p.table[e.name].to_numpy(dtype=float) > _ON for p in pieces] for e in shown}
     check_flags([p.name for p in pieces], flags)
     return pieces
 
 
-def check_pieces(pieces: Sequence[Demonstration], graph: InteractionGraph) -> None:
+def check_pieces(pieces: Sequence[Demonstration], graph: InteractionGraph, *, unlabelled: bool = False) -> None:
     """Check every piece on its own, and that their periods agree.
+
+    Args:
+        pieces: the pieces.
+        graph: the interaction graph.
+        unlabelled: whether flags may be missing, empty, or of other edges: they are then not looked at.
 
     Raises:
         InputError: if there is no piece, on doubled names, periods that differ, flags that are missing or belong to
@@ -60,6 +70,9 @@ def check_pieces(pieces: Sequence[Demonstration], graph: InteractionGraph) -> No
         raise InputError("no demonstration piece given; record some with active flags")
     seen: set[str] = set()
     known = {e.name for e in graph.interactions}
+    if unlabelled:
+        bare = [p.table[[c for c in p.table.columns if "->" not in str(c)]] for p in pieces]
+        pieces = [replace(p, table=table) for p, table in zip(pieces, bare, strict=True)]
     for piece in pieces:
         if piece.name in seen:
             raise InputError(f"piece {piece.name}: two pieces have this name; give each its own")
@@ -72,10 +85,11 @@ def check_pieces(pieces: Sequence[Demonstration], graph: InteractionGraph) -> No
                 f"piece {piece.name}: flags for {extra[0]}, an edge that the graph lacks; remove the column, or add "
                 f"the edge to the graph (it has {', '.join(sorted(known))})"
             )
-        if lost:
+        if lost and not unlabelled:
             what = "has no active flags" if len(lost) == len(known) else "lacks some active flags"
             raise InputError(
-                f"piece {piece.name}: {what}; add a column {lost[0]} of 0 and 1 that says when {lost[0]} is active"
+                f"piece {piece.name}: {what}; add a column {lost[0]} of 0 and 1 that says when {lost[0]} is active, or "
+                "let --unlabelled infer it"
             )
     _check_periods(pieces, graph)
     for piece in pieces:
@@ -92,7 +106,7 @@ def _check_periods(pieces: Sequence[Demonstration], graph: InteractionGraph) -> 
         (odd, its), (other, theirs) = (piece, period), (first, usual)
         if abs(usual - TICK) > abs(period - TICK):
             (odd, its), (other, theirs) = (other, theirs), (odd, its)
-        shown = [e.name for e in graph.interactions if (odd.table[e.name] == 1).any()]
+        shown = [e.name for e in graph.interactions if e.name in odd.table and (odd.table[e.name] == 1).any()]
         edge = shown[0] if shown else graph.interactions[0].name
         raise InputError(
             f"piece {odd.name}: its period is {its:.4g} s, but that of {other.name} is {theirs:.4g} s; {edge} can't be "

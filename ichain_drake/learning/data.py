@@ -30,11 +30,13 @@ class Piece:
         name: what errors and reports call it.
         states: measured states per object, shape (n_rows, n_variables), variables in declared order.
         flags: whether each interaction is active, shape (n_rows,).
+        open: rows in which nothing shows it, of interactions whose flags were inferred, shape (n_rows,).
     """
 
     name: str
     states: dict[str, FloatArray]
     flags: dict[Interaction, BoolArray]
+    open: dict[Interaction, BoolArray] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(next(iter(self.flags.values())))
@@ -95,6 +97,7 @@ def collect(pieces: Sequence[Demonstration], graph: InteractionGraph, known: Col
             p.name,
             {n: np.ascontiguousarray(p.states(n, s)) for n, s in graph.objects.items()},
             {e: p.table[e.name].to_numpy(dtype=float) > 0.5 for e in graph.interactions},
+            {e: np.asarray(p.open[e.name], dtype=bool) for e in graph.interactions if e.name in p.open},
         )
         for p in pieces
     ]

@@ -59,6 +59,8 @@ def findings_in(data: GraphData, model: InteractionModel) -> tuple[Finding, ...]
     """The same for pieces that are read already."""
     found = [*_copies(data), *_still(data), *_frozen(data, model)]
     for edge in data.edges:
+        if any(edge in p.open for p in data.pieces):  # inferred: nobody flagged anything wrong
+            continue
         inverted = _inverted(data, edge, model)
         found += inverted or _wrong_flags(data, edge, model)
     return tuple(found)

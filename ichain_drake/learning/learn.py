@@ -13,7 +13,9 @@ from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.agreement import disagreements
+from ichain_drake.learning.checks import check_pieces
 from ichain_drake.learning.data import GraphData, collect
+from ichain_drake.learning.discovery.labels import label_pieces
 from ichain_drake.learning.effects.alignment import learn_alignment
 from ichain_drake.learning.effects.effects import MOVING, learn_effects
 from ichain_drake.learning.estimators.warned import collected_warnings
@@ -36,6 +38,8 @@ def learn_interactions(
     graph: InteractionGraph,
     spec: InteractionSpec | None = None,
     known: KnownParts | None = None,
+    *,
+    unlabelled: bool = False,
 ) -> InteractionModel:
     """Learn everything about a graph (paper sec. V, VI), or what is not known yet.
 
@@ -45,6 +49,8 @@ def learn_interactions(
         graph: objects with kinds and roles, and the interactions.
         spec: candidate estimators.
         known: what is taken as it is (paper sec. IV, its end: one link is swapped, the others stay).
+        unlabelled: whether flags may be missing or NaN, and are inferred (see `label_pieces`); interactions that
+            nothing shows are left out of the model's graph.
 
     Raises:
         InputError: on data that can't be learned from, in one line that names piece, edge and remedy.
@@ -53,6 +59,10 @@ def learn_interactions(
     pieces = list(pieces)
     with threadpool_limits(limits=1, user_api="blas"), collected_warnings():
         known = known or KnownParts()
+        if unlabelled:
+            check_pieces(pieces, graph, unlabelled=True)
+            labels = label_pieces(pieces, graph)
+            pieces, graph = list(labels.pieces), labels.graph
         if not pieces and known.is_whole(graph):
             model = _assembled(graph, known)
         else:

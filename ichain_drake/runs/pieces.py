@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.demonstrations import Demonstration, read_demonstrations, write_demonstrations
 from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.errors import InputError
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import read_pieces
 from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.runs.goals.settings import graph_spec
@@ -46,7 +46,9 @@ def read_for(
     folder: Path,
     known: Collection[Interaction] = (),
     *,
+    graph: InteractionGraph | None = None,
     resampled: bool = False,
+    unlabelled: bool = False,
     say: Callable[[str], None] = lambda line: None,
 ) -> list[Demonstration]:
     """Read and check the demonstrations of a folder, and say what is odd about them.
@@ -55,7 +57,9 @@ def read_for(
         scenario: that will learn from them.
         folder: with the pieces.
         known: interactions that they need not show.
+        graph: to learn, in place of the scenario's own.
         resampled: whether to take pieces of another period to the library's.
+        unlabelled: whether flags may be missing or empty.
         say: called with a line on each thing that was done or found.
 
     Raises:
@@ -66,8 +70,10 @@ def read_for(
         check_in_plane(pieces, scenario)
         check_moves(pieces, scenario)
     else:
-        pieces = read_pieces(folder, scenario.graph, known, resampled=resampled, say=say)
-    tell_findings(pieces, scenario.graph, say)
+        graph = graph or scenario.graph
+        pieces = read_pieces(folder, graph, known, resampled=resampled, unlabelled=unlabelled, say=say)
+    if not unlabelled:
+        tell_findings(pieces, graph or scenario.graph, say)
     return pieces
 
 

@@ -65,7 +65,7 @@ def demos(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def library(demos, tmp_path_factory) -> Path:
-    from ichain_drake.cli.run import learn_library
+    from ichain_drake.cli.learn_library import learn_library
 
     folder = tmp_path_factory.mktemp("library") / "of lamps"
     learn_library(DrawnLamp(), demos, folder)

@@ -21,7 +21,9 @@ from ichain_drake.control.planning.skills import OwnSkills
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, InteractionSpec
+from ichain_drake.learning.discovery.labels import Labelled
 from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.learn import Known, learn_rest
 from ichain_drake.runs.pieces import read_for, record_pieces
 from ichain_drake.runs.provenance import given_of, versions
@@ -54,6 +56,8 @@ class GraphRun:
         wrong: conditions that do not hold in truth at the end, in words.
         plan_seconds: processor time that went into planning [s].
         started: when, by the monotonic clock [s].
+        taught: whether flags and edges are inferred from states.
+        labels: what was inferred, where it was.
     """
 
     scenario: GoalScenario
@@ -71,6 +75,8 @@ class GraphRun:
     wrong: str = ""
     plan_seconds: float = 0.0
     started: float = field(default_factory=time.monotonic)
+    taught: Taught = field(default_factory=Taught)
+    labels: Labelled | None = None
 
     def __post_init__(self) -> None:
         self.expressions = tuple(self.expressions) or own_goal(self.scenario)
@@ -95,6 +101,7 @@ class GraphRun:
             "versions": versions(),
             "given": given_of(scenario),
             "models": {} if self.model is None else self._models(),
+            **({} if self.labels is None else {"labels": self.labels.report()}),
             "metrics": {
                 "goal": list(self.expressions),
                 "replans": 0 if memory is None else memory.replans,
@@ -190,16 +197,25 @@ def run_graph(
     say = progress or (lambda line: None)
     asked = graph_spec(run.scenario.config)
     check_goal_text(run.expressions, run.scenario.graph)
+    taught = run.taught
+    graph = taught.graph(run.scenario.graph)
 
     def show(shown: Collection[Interaction]) -> Sequence[Demonstration]:
         run.pieces = []
         if demos is not None:
-            run.pieces = read_for(run.scenario, demos, shown, resampled=resampled, say=say)
+            run.pieces = read_for(
+                run.scenario, demos, shown, graph=graph, resampled=resampled, unlabelled=taught.unlabelled, say=say
+            )
         else:
             record_pieces(run.scenario, run.pieces, keep_demos, say, [e.name for e in shown])
         return run.pieces
 
-    model = run.model = learn_rest(show, run.scenario.graph, known, spec or asked, say)
+    if taught.unlabelled and not isinstance(known, InteractionModel):
+        run.labels = taught.labelled(show(()), graph, say, recorded=demos is None)
+        run.pieces, graph = list(run.labels.pieces), run.labels.graph
+        model = run.model = learn_rest(lambda shown: run.pieces, graph, known, spec or asked, say)
+    else:
+        model = run.model = learn_rest(show, graph, known, spec or asked, say)
     with threadpool_limits(limits=1):
         say("planning")
         world = run.scenario.make_world(run.number)

@@ -1,0 +1,51 @@
+"""Logs of states from a folder, for what is found out of states alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from ichain_drake.demonstrations import prepare, read_folder
+from ichain_drake.demonstrations.checks import check_times
+from ichain_drake.demonstrations.columns import COMMAND, TIME
+from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.discovery.labels import raw_piece
+from ichain_drake.learning.discovery.log import RawPiece
+from ichain_drake.state import StateSpace
+
+
+def read_raw(
+    folder: Path,
+    spaces: Mapping[str, StateSpace],
+    root: str,
+    *,
+    resampled: bool = False,
+    say: Callable[[str], None] | None = None,
+) -> list[RawPiece]:
+    """Read and check logs; flags and columns of no object are left aside.
+
+    Args:
+        folder: with the pieces.
+        spaces: state space per object.
+        root: the robot.
+        resampled: whether to take pieces of another period to the library's.
+        say: called with a line on each thing that was done.
+
+    Raises:
+        InputError: if the folder or a file can't be read, and on values or times that can't be; names the remedy.
+    """
+    if root not in spaces:
+        raise InputError(f"there is no object {root!r} to be the robot; objects are {', '.join(spaces)}")
+    graph = InteractionGraph(spaces, [Interaction(root, n) for n in spaces if n != root])
+    pieces = []
+    for piece in read_folder(folder, say):
+        known = {f"{o}.{v}" for o, s in spaces.items() for v in s.names} | {TIME}
+        known |= {f"{COMMAND}.{v}" for v in spaces[root].names}
+        pieces.append(replace(piece, table=piece.table[[c for c in piece.table.columns if str(c) in known]]))
+    pieces = prepare(pieces, graph, resampled=resampled, say=say)
+    for piece in pieces:
+        check_times(piece)
+        piece.check(graph)
+    return [raw_piece(p, graph) for p in pieces]

@@ -1,0 +1,207 @@
+"""How well labels and edges are found out of states: against true flags and the declared graph, fresh each trial.
+
+Only an evaluator looks at true flags.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.discovery.edges import discover_graph
+from ichain_drake.learning.discovery.labels import raw_piece
+from ichain_drake.learning.discovery.search import FoundEdge, search
+from ichain_drake.learning.status.scores import BoolArray, event_f1, f1
+from ichain_drake.robot import Physics
+from ichain_drake.runs.clusters.backend import opened
+from ichain_drake.runs.clusters.workers import Say, Workers
+from ichain_drake.runs.row_file import RowFile
+from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
+from ichain_drake.scenarios.base import Scenario
+
+LABELS, EDGES = "labels", "edges"
+METHODS = (LABELS, EDGES)
+_KEYS = ("all", "shown", "switchings")
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class DiscoveryTrial:
+    """Demonstrations of one seed, and what is found of their flags and edges from states alone.
+
+    Attributes:
+        kind: the scenario's class; a worker process makes its own.
+        overrides: its settings.
+        physics: of the world.
+        seed: of the demonstrations.
+        methods: `labels` (the graph is given), `edges` (it isn't).
+    """
+
+    kind: type[Scenario]
+    overrides: tuple[str, ...]
+    physics: Physics
+    seed: int
+    methods: tuple[str, ...]
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Method and seed."""
+        return tuple(f"{m}/{self.seed}" for m in self.methods)
+
+    def run(self, ids: Collection[str]) -> Iterator[tuple[str, Row]]:
+        """A row a method; `seconds` are of processor time."""
+        scenario = self.kind(self.overrides, self.physics, self.seed)
+        with threadpool_limits(limits=1):
+            pieces = list(scenario.record_demonstrations())
+            for name, method in zip(self.ids, self.methods, strict=True):
+                if name in ids:
+                    began = time.process_time()
+                    found = _found(pieces, scenario.graph, method)
+                    seconds = round(time.process_time() - began, 1)
+                    yield name, self._row(method) | scores(found, pieces, scenario.graph) | {"seconds": seconds}
+
+    def _row(self, method: str) -> Row:
+        return {"method": method, "seed": self.seed, "reason": ""}
+
+    def failed(self, name: str, reason: str) -> Row:
+        """The row of a trial that raised."""
+        return self._row(self.methods[self.ids.index(name)]) | {"reason": reason}
+
+
+def _found(pieces: Sequence[Demonstration], graph: InteractionGraph, method: str) -> Sequence[FoundEdge]:
+    raw = [raw_piece(p, graph) for p in pieces]
+    spaces = {n: s.observable for n, s in graph.objects.items()}
+    if method == EDGES:
+        return discover_graph(raw, spaces, graph.root).found
+    return search(raw, spaces, graph.root, graph.interactions)
+
+
+def scores(found: Sequence[FoundEdge], pieces: Sequence[Demonstration], graph: InteractionGraph) -> Row:
+    """Figures of what was found.
+
+    Returns:
+        `edges`, `missing`, `extra` and `shd` (structural Hamming distance: both together, a turned edge once), and
+        `flags`: per true edge that was found F1 on all rows, on rows in which its effect shows, and of its switchings
+        within one row; of those that were not found 0.
+    """
+    true, got = set(graph.interactions), {f.edge for f in found}
+    missing, extra = true - got, got - true
+    turned = sum(Interaction(e.child, e.parent) in extra for e in missing)
+    by_edge = {f.edge: f for f in found}
+    return {
+        "edges": len(true),
+        "missing": sorted(e.name for e in missing),
+        "extra": sorted(e.name for e in extra),
+        "shd": len(missing) + len(extra) - turned,
+        "flags": {e.name: _flag_scores(by_edge.get(e), pieces, e) for e in graph.interactions},
+    }
+
+
+def _flag_scores(found: FoundEdge | None, pieces: Sequence[Demonstration], edge: Interaction) -> dict[str, float]:
+    if found is None:
+        return {"all": 0.0, "shown": 0.0, "switchings": 0.0}
+    truths: list[BoolArray] = []
+    told: list[BoolArray] = []
+    shown: list[BoolArray] = []
+    for piece in pieces:
+        if edge.name in piece.table and piece.name in found.on:
+            truths.append(np.asarray(piece.table[edge.name].to_numpy(dtype=float) > 0.5))  # noqa: PLR2004 - a flag
+            told.append(found.on[piece.name])
+            shown.append(~found.open[piece.name])
+    if not truths:  # flagged in no piece: a permanent coupling
+        return {"all": 1.0, "shown": 1.0, "switchings": 1.0}
+    truth, on, sure = (np.concatenate(parts) for parts in (truths, told, shown))
+    return {
+        "all": round(f1(truth, on), 4),
+        "shown": round(f1(truth[sure], on[sure]), 4),
+        "switchings": round(event_f1(truths, told), 4),
+    }
+
+
+@dataclass(frozen=True)
+class DiscoveryEvaluation:
+    """What is evaluated.
+
+    Attributes:
+        scenario: with the first seed and the physics.
+        overrides: its settings, for worker processes.
+        trials: number of seeds.
+        methods: see `DiscoveryTrial`.
+        workers: who works.
+    """
+
+    scenario: Scenario
+    overrides: tuple[str, ...]
+    trials: int
+    methods: tuple[str, ...] = field(default=METHODS)
+    workers: Workers = Workers()
+
+    def check(self) -> None:
+        """Refuse what can't be evaluated.
+
+        Raises:
+            InputError: on other methods beside these, or no trial.
+        """
+        other = [m for m in self.methods if m not in METHODS]
+        if other:
+            raise InputError(f"{other[0]} can't be evaluated beside {' or '.join(METHODS)}; ask for it by itself")
+        if self.trials < 1:
+            raise InputError("--trials and --jobs: give numbers from 1")
+
+
+def evaluate_discovery(what: DiscoveryEvaluation, say: Say, rows: RowFile) -> dict[str, Any]:
+    """Evaluate; see `DiscoveryEvaluation`.
+
+    Returns:
+        `rows` (one a method and seed) and `table` (one a method).
+
+    Raises:
+        InputError: as `DiscoveryEvaluation.check`.
+        EvaluationInterrupted: on Ctrl-C, with what was finished.
+        WorkerLostError: if a process was killed.
+    """
+    what.check()
+    first = what.scenario.seed
+    trials = [
+        DiscoveryTrial(type(what.scenario), what.overrides, what.scenario.physics, seed, what.methods)
+        for seed in range(first, first + what.trials)
+    ]
+    found: dict[str, Any] = {}
+    try:
+        with opened(what.workers, say) as backend:
+            run_jobs(trials, backend, rows, say, timeout=what.workers.trial_timeout)
+    except KeyboardInterrupt:
+        raise EvaluationInterrupted(found) from None
+    finally:
+        found["rows"] = rows.of(f"{m}/{t.seed}" for m in what.methods for t in trials)
+        found["table"] = [summary(m, [r for r in found["rows"] if r["method"] == m]) for m in what.methods]
+    return found
+
+
+def summary(method: str, rows: Sequence[Mapping[str, Any]]) -> Row:
+    """One line of the table: sums over seeds, and the lowest and mean F1 of flags."""
+    done = [r for r in rows if not r["reason"]]
+    every = [f for r in done for f in r["flags"].values()]
+    edges = sum(r["edges"] for r in done)
+    missing, extra = (sum(len(r[key]) for r in done) for key in ("missing", "extra"))
+    got = edges - missing
+    return {
+        "method": method,
+        "seeds": len(rows),
+        "failed": len(rows) - len(done),
+        "recall": got / edges if edges else None,
+        "precision": got / (got + extra) if got + extra else None,
+        "mean_shd": float(np.mean([r["shd"] for r in done])) if done else None,
+        "exact": sum(r["shd"] == 0 for r in done),
+        **{f"f1_{key}": float(np.mean([f[key] for f in every])) if every else None for key in _KEYS},
+        "seconds": float(np.mean([r["seconds"] for r in done])) if done else None,
+    }

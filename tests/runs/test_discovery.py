@@ -1,0 +1,59 @@
+"""Figures of what was found out of states."""
+
+import bath_log
+import numpy as np
+import pytest
+
+from ichain_drake.graph import Interaction
+from ichain_drake.learning.discovery.search import FoundEdge
+from ichain_drake.runs.discovery import scores, summary
+
+PIECES = bath_log.pieces(2)
+
+
+def found(parent: str, child: str, *, lag: int = 0) -> FoundEdge:
+    """An edge with true flags (of the tap's where it isn't one), so many rows late."""
+    edge = Interaction(parent, child)
+    column = edge.name if edge.name in PIECES[0].table else "lever->tank"
+    on = {p.name: np.roll(p.table[column].to_numpy() > 0.5, lag) for p in PIECES}
+    return FoundEdge(edge, 1.0, 1.0, 1, (), (), on, {n: np.zeros(len(f), bool) for n, f in on.items()}, False)
+
+
+def test_what_is_right_scores_one() -> None:
+    row = scores([found("hand", "lever"), found("lever", "tank")], PIECES, bath_log.GRAPH)
+    assert row["shd"] == 0
+    assert all(set(f.values()) == {1.0} for f in row["flags"].values())
+
+
+@pytest.mark.parametrize(
+    ("edges", "shd", "missing", "extra"),
+    [
+        ([("hand", "lever")], 1, ["lever->tank"], []),
+        ([("hand", "lever"), ("tank", "lever")], 1, ["lever->tank"], ["tank->lever"]),  # turned
+        ([("hand", "lever"), ("hand", "tank")], 2, ["lever->tank"], ["hand->tank"]),
+    ],
+)
+def test_distance_counts_what_is_missing_and_added(
+    edges: list[tuple[str, str]], shd: int, missing: list[str], extra: list[str]
+) -> None:
+    row = scores([found(*e) for e in edges], PIECES, bath_log.GRAPH)
+    assert (row["shd"], row["missing"], row["extra"]) == (shd, missing, extra)
+    assert row["flags"]["lever->tank"]["all"] == 0.0
+
+
+def test_late_flags_lose_rows_but_no_switchings() -> None:
+    flags = scores([found("hand", "lever", lag=1)], PIECES, bath_log.GRAPH)["flags"]["hand->lever"]
+    assert flags["all"] < 1.0
+    assert flags["switchings"] == 1.0
+
+
+def test_a_line_sums_over_seeds() -> None:
+    rows = [
+        {"reason": "", "seconds": 1.0, **scores([found(*e) for e in edges], PIECES, bath_log.GRAPH)}
+        for edges in ([("hand", "lever"), ("lever", "tank")], [("hand", "lever"), ("hand", "tank")])
+    ]
+    line = summary("edges", [*rows, {"reason": "no pieces"}])
+    assert (line["seeds"], line["failed"], line["exact"]) == (3, 1, 1)
+    assert line["recall"] == pytest.approx(3 / 4)
+    assert line["precision"] == pytest.approx(3 / 4)
+    assert line["mean_shd"] == 1.0
