@@ -233,7 +233,7 @@ def pickled(data: bytes) -> bytes:
 @pytest.mark.parametrize(
     ("file", "change", "message"),
     [
-        ("manifest.json", lambda data: data[: len(data) // 2], "is no complete JSON file"),
+        ("manifest.json", lambda data: data[: len(data) // 2], "is no complete JSON"),
         ("model.npz", lambda data: data[:-1000], "its sha256 is not the manifest's"),
         ("model.npz", lambda data: data[:5000] + bytes([data[5000] ^ 1]) + data[5001:], "its sha256 is not"),
         ("model.npz", pickled, "its sha256 is not"),
