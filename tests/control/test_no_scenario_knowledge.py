@@ -21,6 +21,7 @@ CONTRACT = {
     "y": "as x",
     "z": "as x",
     "amount": "kind of a role",
+    "level": "kind of a role",
     "change": "kind of a role, and of passive dynamics",
     "angle": "kind of a variable",
     "offset": "of a scaling, y * scale + offset; an event's, in a message about clocks",

@@ -60,7 +60,7 @@ def _read(file: Path) -> Mapping[str, Any]:
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError, ValueError) as error:
         raise InputError(f"{shown(file)}: can't be read as YAML: {' '.join(str(error).split())[:200]}") from None
     if not isinstance(document, Mapping) or not isinstance(document.get("edges"), Mapping | list):
-        raise InputError(f"{shown(file)}: is no graph: it needs a list `edges`, such as [hand->cup]")
+        raise InputError(f"{shown(file)}: is no graph: it needs a list `edges`, such as [a->b]")
     return document
 
 

@@ -103,7 +103,7 @@ def _variable(name: str, unit: str, values: FloatArray, frame: str, amounts: Seq
         kind, lower, upper, role = "angle", -math.pi, math.pi, Role("orientation", frame)
     elif unit in _AMOUNTS:
         lower, role = 0.0, Role("amount")
-    elif len(amounts) == 1 and (unit in _TEMPERATURES or name == "temperature"):
+    elif len(amounts) == 1 and unit in _TEMPERATURES:
         role = Role("intensive", of=amounts[0])
     elif whole:
         kind, lower, upper, role = "integer", float(known.min()), float(known.max()), Role("level")

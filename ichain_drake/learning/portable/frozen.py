@@ -54,7 +54,7 @@ def _(model: Polynomial, graph: OnnxGraph, z: str) -> str:
     degree = max(int(model.exponents.sum(axis=1).max()), 1)
     slots = np.zeros((degree, len(model.exponents)), dtype=np.int64)
     for j, row in enumerate(model.exponents):
-        factors = [i + 1 for i, power in enumerate(row) for _ in range(power)]
+        factors = [i + 1 for i, exponent in enumerate(row) for _ in range(exponent)]
         slots[: len(factors), j] = factors
     padded = graph.join([graph.rows(z, model.n_in, [1.0]), z])
     product = graph.columns(padded, slots[0])
