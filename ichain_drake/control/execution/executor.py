@@ -277,9 +277,15 @@ class Executor:
             self._stop(memory, cause, reason)
             return
         view = self._view(memory)
-        mine = [e for e in self.model.graph.interactions if e.parent == self._root and view.holds(e)]
+        # What was in use may be in effect still, whatever the classifier says of where that came to.
+        step = memory.plan.steps[memory.step] if memory.plan is not None and memory.step >= 0 else None
+        used = None if step is None or cause == "reach" else step.chain[0]
         memory.giving_up = (cause, reason)
-        memory.tasks = [Switch(e, activate=False) for e in mine if e in self.goal.inactive]
+        memory.tasks = [
+            Switch(e, activate=False, forced=not view.holds(e))
+            for e in self.model.graph.interactions
+            if e.parent == self._root and e in self.goal.inactive and (view.holds(e) or e == used)
+        ]
         if memory.tasks or not memory.looked_again:
             memory.tasks.append(Look(None, _READINGS))
 
