@@ -278,8 +278,8 @@ class Executor:
             return
         view = self._view(memory)
         # What was in use may be in effect still, whatever the classifier says of where that came to.
-        step = memory.plan.steps[memory.step] if memory.plan is not None and memory.step >= 0 else None
-        used = None if step is None or cause == "reach" else step.chain[0]
+        begun = () if memory.plan is None or cause == "reach" else memory.plan.steps[: memory.step + 1]
+        used = begun[-1].chain[0] if begun else None
         memory.giving_up = (cause, reason)
         memory.tasks = [
             Switch(e, activate=False, forced=not view.holds(e))
