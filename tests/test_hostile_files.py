@@ -1,6 +1,6 @@
 """Files made to break readers: whatever is in them, a reader gives a table or one line, soon, and runs none of it.
 
-`ICHAIN_MANY=100000 pytest tests/test_hostile_files.py` tries so many of each kind; a few hundred by default. Files that
+`ICHAIN_MANY=100000 pytest tests/test_hostile_files.py` tries so many of each kind; a hundred by default. Files that
 claim or unpack to much are in `test_bombs.py`.
 """
 
@@ -49,7 +49,7 @@ from ichain_drake.visualization import load_recording
 from ichain_drake.visualization.recording import Readout, RecordedEpisode, Recording, Strip
 from ichain_drake.visualization.recording_file import save_recording
 
-MANY = int(os.environ.get("ICHAIN_MANY", "300"))
+MANY = int(os.environ.get("ICHAIN_MANY", "100"))
 SLOWEST = 2.0  # [s] of this process's work; how long it waited for a busy machine says nothing
 LARGEST = 2**30  # [bytes] beyond what the process had before
 
