@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from interrupting import STATUS, errors, interrupt
 
+from ichain_drake.runs.scoreboard.cases import FIRST_SEED
+
 ROOT = Path(__file__).parents[2]
 BATH = str(ROOT / "examples" / "own_system" / "bath.py")
 ONLY = ["scoreboard", "--also", BATH, "--only", "bath/*"]
@@ -40,7 +42,7 @@ def test_the_report(whole, strict_json):
     assert [line["row"] for line in report["table"]] == ["bath/goal/ideal/none", "bath/goal/ideal/noise"]
     assert report["reason"] == "every trial was run"
     assert [(r["row"], r["seed"]) for r in report["rows"]] == [
-        (line["row"], seed) for line in report["table"] for seed in (30_000, 30_001)
+        (line["row"], seed) for line in report["table"] for seed in (FIRST_SEED, FIRST_SEED + 1)
     ]
     assert all(r["demonstrations"] == "fresh" for r in report["rows"])
     assert report["command"] == f"ichain scoreboard --trials 2 --only 'bath/*' --also {BATH}"
@@ -58,7 +60,7 @@ def test_interrupted_and_gone_on_with_it_is_the_same_table(whole, tmp_path, icha
     assert errors(err) == ["ichain: interrupted"]
     part = json.loads(file.read_text())
     assert part["reason"] == "interrupted"
-    assert {r["seed"] for r in part["rows"]} == {30_000}
+    assert {r["seed"] for r in part["rows"]} == {FIRST_SEED}
     assert "1/1" in out
     done = ichain(*arguments, "--resume")
     assert done.status == 0
@@ -71,7 +73,7 @@ def test_interrupted_and_gone_on_with_it_is_the_same_table(whole, tmp_path, icha
     assert without_times(json.loads(file.read_text())) == found
     other = ichain(*arguments, "--resume", "--seed", 5)
     assert other.status == 2
-    assert "rows are of another evaluation (first_seed: 30000, now 5)" in other.line
+    assert f"rows are of another evaluation (first_seed: {FIRST_SEED}, now 5)" in other.line
 
 
 def test_against_an_earlier_one(whole, tmp_path, ichain):
