@@ -110,6 +110,11 @@ def recording_bytes() -> bytes:
         return file.read_bytes()
 
 
+@cache
+def recording_arrays() -> dict[str, np.ndarray]:
+    return dict(np.load(io.BytesIO(recording_bytes())))
+
+
 def tried(read: Callable[[], object]) -> None:
     """Nothing but a result or one line, soon."""
     began = time.process_time()
@@ -160,7 +165,7 @@ def recordings(rng: random.Random, place: Path) -> None:
 
 def contents(rng: random.Random, place: Path) -> None:
     """Tables of contents of recordings, in a file that is whole."""
-    kept = dict(np.load(io.BytesIO(recording_bytes())))
+    kept = recording_arrays()
     about = json.loads(str(kept["contents"]))
     for _ in range(rng.randint(1, 3)):
         node: Any = about

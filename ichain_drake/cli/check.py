@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
@@ -21,6 +20,7 @@ def check(demos: Path, system: str, resample: bool, report: str | None, page: Pa
 
     Exit status: 0 if every piece can be read and used, 2 if one can't.
     """
+    from ichain_drake.cli.console import Reporter
     from ichain_drake.cli.run import deliver_report
     from ichain_drake.demonstrations import Demonstration, read_demonstration
     from ichain_drake.demonstrations.overview import inferred_graph, overview, overview_page, overview_text
@@ -30,9 +30,7 @@ def check(demos: Path, system: str, resample: bool, report: str | None, page: Pa
     from ichain_drake.runs.paths.output import prepare_file
     from ichain_drake.scenarios import PathScenario
 
-    def say(line: str) -> None:
-        print(line, file=sys.stderr)
-
+    say = Reporter().note
     scenario = scenario_named(system, (), "ideal", 0) if system else None
     if page is not None and page.suffix != ".html":
         raise InputError(f"--page {page}: a page ends in .html")

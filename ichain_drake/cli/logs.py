@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
 
 from ichain_drake.cli.options import PATH, options, scenario_named
 from ichain_drake.errors import InputError
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr)
 
 
 @click.command("import")
@@ -24,6 +19,7 @@ def _say(line: str) -> None:
 @options("resample")
 def import_command(form: str, source: Path, map_file: Path, output: Path, system: str, resample: bool) -> int:
     """Read demonstrations of another format: lerobot, mcap, robomimic or ros2."""
+    from ichain_drake.cli.console import Reporter
     from ichain_drake.demonstrations import write_demonstrations
     from ichain_drake.demonstrations.importing import import_logs, parse_map
     from ichain_drake.demonstrations.overview import inferred_graph
@@ -31,6 +27,7 @@ def import_command(form: str, source: Path, map_file: Path, output: Path, system
     from ichain_drake.files import read_whole
     from ichain_drake.scenarios.yaml_text import read_yaml
 
+    say = Reporter().note
     if output.is_dir():
         check_unused(output)
     try:
@@ -40,7 +37,7 @@ def import_command(form: str, source: Path, map_file: Path, output: Path, system
     pieces = import_logs(form, source, parse_map(read_yaml(text, str(map_file)), str(map_file)))
     if system or resample:
         graph = scenario_named(system, (), "ideal", 0).graph if system else inferred_graph(pieces)
-        pieces = prepare(pieces, graph, resampled=resample, say=_say)
+        pieces = prepare(pieces, graph, resampled=resample, say=say)
         for piece in pieces if system else ():
             piece.check(graph)
     if not pieces:
@@ -58,14 +55,16 @@ def import_command(form: str, source: Path, map_file: Path, output: Path, system
 @options("resample")
 def export_command(form: str, demos: Path, output: Path, task: str, resample: bool) -> int:
     """Write demonstrations in another format: lerobot or mcap."""
+    from ichain_drake.cli.console import Reporter
     from ichain_drake.demonstrations import read_folder
     from ichain_drake.demonstrations.exporting import export_pieces
     from ichain_drake.demonstrations.overview import inferred_graph
     from ichain_drake.demonstrations.reading import prepare
 
-    pieces = read_folder(demos, _say)
+    say = Reporter().note
+    pieces = read_folder(demos, say)
     if resample:
-        pieces = prepare(pieces, inferred_graph(pieces), resampled=True, say=_say)
+        pieces = prepare(pieces, inferred_graph(pieces), resampled=True, say=say)
     for folder in export_pieces(form, pieces, output, task):
         print(f"written: {folder} (read back by ichain import {form} {folder} --map {folder / 'map.yaml'})")
     return 0

@@ -128,13 +128,13 @@ def piece_files(folder: Path, say: Say | None = None) -> list[Path]:
     except OSError as error:
         raise InputError(f"{folder}: can't be read ({reason_of(error)})") from None
     files = [f for f in entries if not f.name.startswith(".") and f.name.lower().endswith((".parquet", *ENDINGS))]
+    if not files:
+        beside = f"; beside it there is {', '.join(shown(f) for f in entries[:3])}" if entries else ""
+        raise InputError(f"{folder}: holds no demonstration (.parquet or .csv){beside}")
     for file in entries:
         if say is not None and file not in files and not file.name.lower().endswith(_NO_TABLES):
             why = "hidden" if file.name.startswith(".") else "neither .parquet nor .csv"
             say(f"passed over: {shown(file)} ({why})")
-    if not files:
-        beside = f"; beside it there is {', '.join(shown(f) for f in entries[:3])}" if entries else ""
-        raise InputError(f"{folder}: holds no demonstration (.parquet or .csv){beside}")
     return files
 
 
