@@ -28,6 +28,7 @@ from ichain_drake.runs.goals.run import GraphRun, own_goal
 from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.learn import Known
 from ichain_drake.runs.library import load
+from ichain_drake.runs.open_piece import save_left_behind
 from ichain_drake.runs.output import write_pictures_of, write_playback_of
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder, write_report
@@ -229,6 +230,8 @@ def run_scenario(
         Reporter() as say,
         shown_live(scenario, say, meshcat=meshcat, realtime=realtime) as (live, tell),
     ):
+        for earlier in sorted(files.folder.glob("demonstrations*")):
+            save_left_behind(earlier, scenario.graph, say.note)
         try:
             keep = files.demonstrations
             carry_out(run, known=known, demos=demos, keep_demos=keep, oracle=oracle, resampled=resampled, progress=tell)

@@ -36,6 +36,7 @@ def teach(
     from ichain_drake.demonstrations import Demonstration
     from ichain_drake.demonstrations.reading import check_unused
     from ichain_drake.files import held
+    from ichain_drake.runs.open_piece import save_left_behind
     from ichain_drake.runs.paths.output import prepare_folder
     from ichain_drake.runs.pieces import check_settings, record_pieces
 
@@ -51,10 +52,11 @@ def teach(
         return
     check_settings(loaded)
     prepare_folder(output)
-    if not overwrite:
-        check_unused(output)
     pieces: list[Demonstration] = []
     with held(output), Reporter() as say:
+        save_left_behind(output, loaded.graph, say.note)
+        if not overwrite:
+            check_unused(output)
         record_pieces(loaded, pieces, output, say, overwrite=overwrite)
     for piece in pieces:
         print(f"written: {output / piece.name}.parquet, {len(piece)} rows")

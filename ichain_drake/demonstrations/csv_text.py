@@ -189,7 +189,8 @@ def _encoding(data: bytes, file: Path, what: str) -> str:
     encoding = next((name for mark, name in _BOMS.items() if data.startswith(mark)), "")
     if not encoding:  # UTF-16 of plain letters has a zero in every other place
         zeros = data[:200].count(0)
-        encoding = "utf-8" if 2 * zeros < len(data[:200]) - 1 else "utf-16-be" if data[:1] == b"\0" else "utf-16-le"
+        wide = zeros and 2 * zeros >= len(data[:200]) - 1
+        encoding = "utf-8" if not wide else "utf-16-be" if data[:1] == b"\0" else "utf-16-le"
     try:
         text = data.decode(encoding)
     except UnicodeDecodeError as error:

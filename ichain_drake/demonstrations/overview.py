@@ -91,7 +91,10 @@ def inferred_graph(pieces: Sequence[Demonstration]) -> InteractionGraph:
             declared = Variable(variable, "rad" if turns else unit, kind=kind)  # type: ignore[arg-type]
             variables.setdefault(obj, {}).setdefault(variable, declared)
     if not variables:
-        raise InputError(f"no column is named object.variable; a table has {TIME} and such columns, as car.x [px]")
+        where = pieces[0].name if pieces else "no piece"
+        raise InputError(
+            f"{where}: no column is named object.variable; a table has {TIME} and such columns, as car.x [px]"
+        )
     spaces = {o: StateSpace(o, tuple(v.values())) for o, v in variables.items()}
     names = list(spaces)
     edges = list(flags) or [f"{a}->{b}" for a, b in zip(names[:-1], names[1:], strict=True)]

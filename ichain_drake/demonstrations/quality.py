@@ -155,7 +155,9 @@ def space_step(variable: Variable, values: FloatArray) -> FloatArray:
 
 
 def _leaps(steps: FloatArray, first: int, last: int) -> bool:
-    """Whether a body moves up to a rest, and then half as far in a row as it usually does in so many rows, or further.
+    """Whether a body moves up to a rest, and then in one row half as far as it usually does in so many, or further.
+
+    As far as it went in no three rows elsewhere is far enough: who drives to and fro comes less far in a long rest.
 
     Args:
         steps: of its positions, shape (n_positions, n_rows - 1).
@@ -164,7 +166,8 @@ def _leaps(steps: FloatArray, first: int, last: int) -> bool:
     if first == 0 or last + 1 == steps.shape[1]:
         return False
     usual = np.array([np.median(s[s > 0]) if (s > 0).any() else np.inf for s in steps])
-    leap = 0.5 * (last + 2 - first) * usual
+    elsewhere = np.delete(steps, last + 1, axis=1).max(axis=1)
+    leap = np.minimum(0.5 * (last + 2 - first) * usual, 3 * elsewhere)
     return bool(((steps[:, first - 1] > 0.5 * usual) & (steps[:, last + 1] > leap)).any())
 
 

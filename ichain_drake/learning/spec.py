@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from sklearn.base import is_classifier
+
 from ichain_drake.errors import InputError
-from ichain_drake.learning.chain.link import EstimatorSpec, specs_of
+from ichain_drake.learning.chain.link import EstimatorSpec, listed_specs, specs_of
 from ichain_drake.learning.status.box import BoxClassifier
 from ichain_drake.state import FloatArray
 
@@ -67,3 +69,19 @@ class InteractionSpec:
     def __post_init__(self) -> None:
         object.__setattr__(self, "effect_estimators", specs_of(self.effect_estimators))
         object.__setattr__(self, "status_estimators", specs_of(self.status_estimators, classifier=True))
+
+
+def spec_of(estimators: Any) -> InteractionSpec:
+    """Candidates of both kinds from one list: regressors for effects, classifiers for statuses.
+
+    Args:
+        estimators: one or several, as `InteractionSpec` takes them; of a kind that is missing, the usual.
+
+    Raises:
+        InputError: on what is no estimator, or an object that can't be fitted or frozen.
+    """
+    listed = listed_specs(estimators)
+    classifiers = [spec for spec in listed if is_classifier(make_classifier(spec))]
+    regressors = [spec for spec in listed if spec not in classifiers]
+    usual = InteractionSpec()
+    return InteractionSpec(tuple(regressors) or usual.effect_estimators, tuple(classifiers) or usual.status_estimators)

@@ -16,7 +16,7 @@ from ichain_drake.graph import InteractionGraph
 from ichain_drake.runs.open_piece import OpenRecord, flags, left_behind
 from ichain_drake.scenarios.seats import Seat
 from ichain_drake.simulation.episode import Episode
-from ichain_drake.simulation.recorder import part_of, tabulate
+from ichain_drake.simulation.recorder import part_of, rows_of, tabulate
 from ichain_drake.timing import FRAMES_PER_TICK
 
 
@@ -125,9 +125,8 @@ class PieceRecorder:
             return
         if self._record is None:
             self._record = OpenRecord(self._folder, self.open.name)
-        begin, end = (self.open.first + r * FRAMES_PER_TICK for r in (done, rows - 1))
-        log = part_of(episode.log(), begin, end + 2)
-        table = tabulate(self._graph, log, self._seat.objects, self.open.name)
+        objects, first = self._seat.objects, self.open.first
+        table = rows_of(self._graph, episode.log(), objects, self.open.name, done, rows, first)
         self._record.add(table, self.open.first, self.open.marks, self.open.before)
 
     def _close(self) -> None:

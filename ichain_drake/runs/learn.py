@@ -8,10 +8,12 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel, InteractionSpec, KnownParts, contradicted, learn_interactions
 from ichain_drake.learning.chain.chain import LinkCandidates, learn_chain
 from ichain_drake.learning.estimators.warned import collected_warnings
+from ichain_drake.learning.spec import spec_of
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.timing import TICK
@@ -26,6 +28,7 @@ def learn(
     *,
     known: Known | None = None,
     spec: InteractionSpec | Mapping[str, LinkCandidates] | None = None,
+    estimators: Any = None,
     target: str = "",
     target_variables: Sequence[str] = ("x", "y"),
     progress: Progress | None = None,
@@ -42,13 +45,18 @@ def learn(
         demonstrations: pieces.
         known: what was learned before (see `load`): the pieces need not show it.
         spec: what may be tried: `InteractionSpec`, or for a chain `LinkCandidates` by interaction name.
+        estimators: the same in short, for every interaction: scikit-learn objects, pipelines or names, as in
+            `estimators=[make_pipeline(StandardScaler(), Ridge())]`. Regressors are for what happens, classifiers for
+            when; of a chain, which has no statuses, they are the candidates for its forward models.
         target: the object that will follow paths, the last of a chain; for a graph.
         target_variables: its position variables.
         progress: called with a line at each step.
 
     Raises:
-        InputError: on demonstrations that can't be learned from; names piece, edge and remedy.
+        InputError: on demonstrations that can't be learned from; names piece, edge and remedy. On estimators that
+            can't be used; says which can.
     """
+    spec = _asked(spec, estimators, chain=isinstance(what, PathScenario) or bool(target))
     if isinstance(known, InteractionModel):
         return known
     parts, pieces = known or KnownParts(), list(demonstrations)
@@ -66,6 +74,21 @@ def learn(
             recorded_seconds(pieces, graph), progress, parts.links, parts.command,
         )  # fmt: skip
     return InteractionModel.of_chain(chain, pieces, parts)
+
+
+def _asked(spec: Any, estimators: Any, *, chain: bool) -> Any:
+    """What may be tried, None for the usual; what is of another type is refused before any work."""
+    if estimators is not None:
+        if spec is not None:
+            raise InputError("learn: estimators are given twice, as spec and as estimators; give one of them")
+        if chain:
+            return {"*": LinkCandidates(forward=estimators)}
+        return spec_of(estimators)
+    wanted: Any = Mapping if chain else InteractionSpec
+    if spec is not None and not isinstance(spec, wanted):
+        form = "LinkCandidates by interaction name" if chain else "an InteractionSpec"
+        raise InputError(f"learn: spec is of type {type(spec).__name__}, {form} needed; a list goes into estimators")
+    return spec
 
 
 def learn_rest(

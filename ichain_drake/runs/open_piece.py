@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import fcntl
+import itertools
 import json
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from ichain_drake.demonstrations import TIME, Demonstration
+from ichain_drake.demonstrations import TIME, Demonstration, write_demonstrations
 from ichain_drake.errors import InputError
-from ichain_drake.files import json_value, read_whole, reason_of
+from ichain_drake.files import is_folder, json_value, read_whole, reason_of
+from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK, TICK
 
@@ -26,18 +30,21 @@ class OpenRecord:
 
     Args:
         folder: where the piece will be; made where it doesn't exist.
-        name: of the piece.
+        name: of the piece; the file gets a number where another session has one of this name, or has left one that
+            nothing can be made of.
 
     Raises:
-        InputError: if the file can't be written, or another session has it.
+        InputError: if the file can't be written.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
-        self.file = folder / f".{name}{_ENDING}"
         self.rows = 0
         self._marks = ""
+        names = itertools.chain([name], (f"{name}-{number}" for number in itertools.count(2)))
+        files = (folder / f".{n}{_ENDING}" for n in names)
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            self.file = next(file for file in files if not os.path.lexists(file))
             self._stream = self.file.open("x", encoding="utf-8")
             _lock(self._stream.fileno())
         except OSError as error:
@@ -76,6 +83,68 @@ class OpenRecord:
 def _lock(handle: int) -> None:
     """Mark a file as being written; the system takes the mark off when the process ends, however it does."""
     fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+class OpenScript:
+    """Keeps the rows of pieces that a script records, one piece after the other; see `noted_in`.
+
+    Where there is no room for them, it gives that up: the piece itself may still fit, and is what counts.
+
+    Args:
+        folder: where the pieces will be.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._record: OpenRecord | None = None
+        self._no_room = False
+
+    @property
+    def rows(self) -> int:
+        """How many rows of the open piece are on disk."""
+        return 0 if self._record is None else self._record.rows
+
+    def add(self, piece: Demonstration) -> None:
+        """Put the rows that follow on disk."""
+        if self._no_room:
+            return
+        try:
+            if self._record is None:
+                self._record = OpenRecord(self._folder, Path(piece.name).stem)
+            self._record.add(piece, 0, {}, {})
+        except InputError:
+            self.close()
+            self._no_room = True
+
+    def close(self) -> None:
+        """The piece is kept, or nothing is to be kept of it."""
+        if self._record is not None:
+            self._record.remove()
+        self._record, self._no_room = None, False
+
+
+def save_left_behind(folder: Path, graph: InteractionGraph, say: Callable[[str], None]) -> None:
+    """Make pieces of what killed processes left in a folder of scripted pieces; what fits no graph of ours stays.
+
+    Args:
+        folder: need not exist.
+        graph: whose pieces they should be.
+        say: called with a line on each.
+
+    Raises:
+        InputError: if the folder can't be read, or a piece can't be written.
+    """
+    for file, piece in left_behind(folder) if is_folder(folder) else ():
+        numbers = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
+        name = next(n for n in (piece.name + more for more in numbers) if not (folder / f"{n}.parquet").exists())
+        saved = replace(piece, name=name)
+        try:
+            saved.check(graph)
+        except InputError:
+            continue
+        write_demonstrations([saved], folder)
+        file.unlink(missing_ok=True)
+        say(f"{name} is what a process that ended unexpectedly had recorded: {len(saved)} rows")
 
 
 def left_behind(folder: Path) -> list[tuple[Path, Demonstration]]:
@@ -141,4 +210,4 @@ def flags(before: bool, frames: list[int], rows: int) -> FloatArray:
     return np.asarray((before + flips) % 2, dtype=float)
 
 
-__all__ = ["OpenRecord", "flags", "left_behind"]
+__all__ = ["OpenRecord", "OpenScript", "flags", "left_behind", "save_left_behind"]

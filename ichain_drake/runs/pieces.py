@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,10 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import read_pieces
 from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.open_piece import OpenScript
 from ichain_drake.runs.paths.demonstrations import check_in_plane, check_moves
 from ichain_drake.scenarios.base import PathScenario
+from ichain_drake.simulation.noting import noted_in
 from ichain_drake.simulation.recorder import RecordingInterrupted
 
 
@@ -88,7 +91,7 @@ def record_pieces(
 ) -> None:
     """Record demonstrations, writing each as soon as it is there, and say what is odd about them.
 
-    What Ctrl-C leaves of a piece is kept, too.
+    What Ctrl-C leaves of a piece is kept, too; what a kill leaves is in a hidden file (`save_left_behind`).
 
     Args:
         scenario: with a script.
@@ -98,15 +101,20 @@ def record_pieces(
         known: names of interactions that need none.
         overwrite: whether files in that folder may be replaced.
     """
+    notebook = None if keep is None else OpenScript(keep)
     try:
-        with threadpool_limits(limits=1):
+        with threadpool_limits(limits=1), nullcontext() if notebook is None else noted_in(notebook):
             for piece in scenario.record_demonstrations(say, known):
                 pieces.append(piece)
-                if keep is not None:
+                if keep is not None and notebook is not None:
                     write_demonstrations([piece], keep, overwrite=overwrite)
+                    notebook.close()
     except RecordingInterrupted as stopped:
         pieces.append(stopped.piece)
         if keep is not None:
             write_demonstrations([stopped.piece], keep, overwrite=overwrite)
         raise
+    finally:
+        if notebook is not None:
+            notebook.close()
     tell_findings(pieces, scenario.graph, say)

@@ -13,6 +13,7 @@ from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.simulation.episode import Episode, EpisodeLog
 from ichain_drake.simulation.interruption import deferred_interrupt
+from ichain_drake.simulation.noting import Noting
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
@@ -77,16 +78,41 @@ def record(
     Raises:
         RecordingInterrupted: on Ctrl-C, with what was recorded up to then.
     """
-    episode = Episode(world, commander)
+    episode, noting = Episode(world, commander), Noting()
+
+    def note(running: Episode) -> None:
+        notebook = noting.due()
+        log = None if notebook is None else running.log()
+        if notebook is None or log is None:
+            return
+        rows = (len(log.times) - 2) // FRAMES_PER_TICK + 1  # the last command of a row is in the frame behind it
+        if rows > notebook.rows:
+            notebook.add(rows_of(world.graph, log, objects, name, notebook.rows, rows))
+
     try:
         with deferred_interrupt() as pressed:
-            episode.run(ticks, lambda _: pressed())
+            episode.run(ticks, lambda running: note(running) or pressed())
         interrupted = pressed()
     except KeyboardInterrupt:  # the second
         interrupted = True
     if interrupted:
         raise RecordingInterrupted(tabulate(world.graph, whole_frames(episode.log()), objects, name))
     return tabulate(world.graph, episode.log(), objects, name)
+
+
+def rows_of(
+    graph: InteractionGraph, log: EpisodeLog, objects: Sequence[str], name: str, done: int, end: int, first: int = 0
+) -> Demonstration:
+    """The rows of a piece from one to before another, from the log of an episode that still runs.
+
+    Args:
+        graph, objects, name: as for `tabulate`.
+        log: of the world, a row per frame; it goes at least a frame beyond the last row.
+        done, end: the first row, and the one behind the last.
+        first: frame of the piece's first row, a tick.
+    """
+    begin = first + done * FRAMES_PER_TICK
+    return tabulate(graph, part_of(log, begin, first + (end - 1) * FRAMES_PER_TICK + 2), objects, name)
 
 
 def tabulate(graph: InteractionGraph, log: EpisodeLog, objects: Sequence[str], name: str) -> Demonstration:

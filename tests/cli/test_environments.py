@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,8 @@ import pytest
 
 # Limits are set by the process itself: what starts it may have none.
 LIMITED = """
-import json, os, resource, sys
+import json, locale, os, resource, sys
+locale.setlocale(locale.LC_ALL, "")  # as windows and plots of some libraries do
 for name, most in json.loads(os.environ.pop("LIMITS")).items():
     resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
 from ichain_drake.cli.start import main
@@ -31,8 +33,19 @@ def limited(arguments: list[str], limits: dict[str, int], **environment: str) ->
     )  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def turkish(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """A locale with decimal commas, in which the capital of i is no I."""
+    folder = tmp_path_factory.mktemp("locales")
+    try:
+        subprocess.run(["localedef", "-i", "tr_TR", "-f", "UTF-8", str(folder / "tr_TR.UTF-8")], check=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        pytest.skip(f"no locale can be made here: {error}")
+    return {"LOCPATH": str(folder), "LC_ALL": "tr_TR.UTF-8"}
+
+
 @pytest.mark.skipif(not hasattr(resource, "RLIMIT_DATA"), reason="the system has no such limit")
-def test_little_of_everything_is_enough(small, bend_csv: Path, tmp_path: Path) -> None:
+def test_little_of_everything_is_enough(small, bend_csv: Path, tmp_path: Path, turkish: dict[str, str]) -> None:
     """16 open files, 1.5 GiB of memory, no home, no terminal, a Turkish locale, names in other alphabets."""
     place = tmp_path / "Gr\u00f6\u00dfe \u4e2d \u043f\u0440\u0438\u043c\u0435\u0440"
     place.mkdir()
@@ -40,7 +53,7 @@ def test_little_of_everything_is_enough(small, bend_csv: Path, tmp_path: Path) -
     path.write_bytes(bend_csv.read_bytes())
     done = limited(
         ["run", "car_game", *small, "--path", str(path), "-o", str(place / "run")],
-        {"NOFILE": 16, "DATA": 3 * 2**29}, LC_ALL="tr_TR.UTF-8",
+        {"NOFILE": 16, "DATA": 3 * 2**29}, **turkish,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert b"Traceback" not in done.stderr
@@ -64,6 +77,34 @@ def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch, ichain) 
     assert (done.status, done.line) == (
         2, "ichain: there is not enough memory; free some, or ask for less at once (smaller files, --jobs 1)",
     )  # fmt: skip
+
+
+def test_a_full_disk_is_one_line_in_every_command_that_writes(ichain, tmp_path: Path) -> None:
+    """Files may not grow over 2 kB meanwhile; what is left is taken for nothing."""
+    demos, small = tmp_path / "demos", ("--set", "learning.samples=60")
+    assert ichain("teach", "car_game", "--physics", "ideal", *small, "-o", demos).status == 0
+    made = ichain("export", "mcap", demos, "-o", tmp_path / "logs")
+    logs = tmp_path / "logs" / "drive"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    out = tmp_path / "out"
+    for command in (
+        ["teach", "car_game", "--physics", "ideal", *small, "-o", out],
+        ["learn", "car_game", "--demos", demos, *small, "-o", out],
+        ["evaluate", "car_game", "--physics", "ideal", *small, "--methods", "first_link", "--trials", "1",
+         "--report", out / "report.json"],
+        ["check", demos, "--page", out / "page.html", "--report", out / "check.json"],
+        ["import", "mcap", logs, "--map", logs / "map.yaml", "-o", out],
+        ["export", "mcap", demos, "-o", out],
+    ):  # fmt: skip
+        shutil.rmtree(out, ignore_errors=True)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (600 if command[0] == "check" else 2000, before[1]))
+        try:
+            done = ichain(*command)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        assert (done.status, "File too large" in done.line) == (2, True), (command, done)
+        assert not [f for f in out.rglob("[!.]*") if f.is_file() and f.suffix not in (".json", ".jsonl")], command
+    assert made.status == 0
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")

@@ -39,6 +39,11 @@ def test_every_dialect_gives_the_same_table(name: str, tmp_path: Path) -> None:
     assert table.to_numpy().tolist() == [[0.0, 1.5], [0.5, -0.2]]
 
 
+def test_one_letter_is_no_utf_16(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(b"x")
+    assert list(read_csv(tmp_path / "a.csv", "the log", "time").table.columns) == ["x"]
+
+
 def test_lines_are_those_of_the_file(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes(b"# one\n# two\ntime,x\n0,1\n")
     assert read_csv(tmp_path / "a.csv", "the log", "time").first_line == 4

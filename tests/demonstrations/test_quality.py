@@ -86,6 +86,16 @@ def test_a_frozen_feed_without_noise_leaps_behind() -> None:
     assert "then it leaps: a frozen feed" in found.what
 
 
+def test_a_long_frozen_feed_of_who_goes_to_and_fro() -> None:
+    pieces = [piece(f"p{i}", i, noise=0.0) for i in range(4)]
+    arm = 0.3 * np.sin(0.23 * np.arange(80))
+    assert not findings([replace(pieces[1], table=pieces[1].table.assign(**{"arm.x": arm})), *pieces[2:]], GRAPH)
+    arm[28:75] = arm[28]
+    found = only(findings([replace(pieces[1], table=pieces[1].table.assign(**{"arm.x": arm})), *pieces[2:]], GRAPH))
+    assert found.rows == (28, 74)
+    assert "then it leaps: a frozen feed" in found.what
+
+
 def test_a_constant_column() -> None:
     found = only(findings([replace(p, table=p.table.assign(**{"cup.warm": 0.2})) for p in GOOD], GRAPH))
     assert str(found).startswith("all pieces: cup.warm is 0.2 in every row")

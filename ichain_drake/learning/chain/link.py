@@ -96,6 +96,19 @@ def _written(value: Any) -> Any:
     return value if same is True else " ".join(repr(value).split())
 
 
+def listed_specs(given: Any) -> tuple[EstimatorSpec, ...]:
+    """Specs of several estimators, or of one, not tried out.
+
+    Raises:
+        InputError: on what is no estimator.
+    """
+    one = isinstance(given, EstimatorSpec | str | type) or hasattr(given, "get_params")
+    try:
+        return tuple(EstimatorSpec.of(item) for item in ([given] if one else given))
+    except TypeError:  # it can't be gone through
+        return (EstimatorSpec.of(given),)
+
+
 def specs_of(given: Any, *, classifier: bool = False) -> tuple[EstimatorSpec, ...]:
     """Specs of several estimators, or of one; objects are tried out at once.
 
@@ -106,8 +119,7 @@ def specs_of(given: Any, *, classifier: bool = False) -> tuple[EstimatorSpec, ..
     Raises:
         InputError: on what is no estimator, or an object that can't be fitted or frozen, with the list of what can.
     """
-    one = isinstance(given, EstimatorSpec | str) or hasattr(given, "get_params")
-    specs = tuple(EstimatorSpec.of(item) for item in ([given] if one else given))
+    specs = listed_specs(given)
     for spec in specs:
         if spec.estimator is not None:
             try:

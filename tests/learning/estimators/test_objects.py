@@ -23,6 +23,7 @@ from ichain_drake.learning.estimators import make_estimator
 from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.learning.estimators.warned import EstimatorWarning, collected_warnings
 from ichain_drake.learning.library.save import spec_text
+from ichain_drake.learning.spec import spec_of
 from ichain_drake.systems.car_game.scenario import CarGame
 
 
@@ -51,6 +52,27 @@ def test_a_chain_is_learned_and_saved_with_objects_and_with_a_generator_of_piece
     parent = np.zeros((1, len(scenario.graph.objects["joystick"].observable)))
     before, after = (c.forward.model.predict(x, parent, parent) for c in (chain.links[1], links["joystick->car"]))
     np.testing.assert_array_equal(before, after)
+
+
+def test_a_list_of_both_kinds_goes_into_learn() -> None:
+    scenario = CarGame("learning.samples=60", "ideal")
+    pieces = list(scenario.record_demonstrations())
+    model = ic.learn(scenario, pieces, estimators=[make_pipeline(StandardScaler(), Ridge())])
+    assert model.chain is not None
+    assert {link.forward.spec.estimator.name for link in model.chain.links} == {"Pipeline"}
+    spec = spec_of([LogisticRegression(C=3.0), "Ridge(alpha=2.0)", "box"])
+    assert [str(s) for s in spec.effect_estimators] == ["Ridge(alpha=2.0)"]
+    assert [s.name for s in spec.status_estimators] == ["LogisticRegression", "box"]
+    assert spec_of(Ridge()).status_estimators == InteractionSpec().status_estimators
+    for given, message in (
+        ({"estimators": [BaggingRegressor()]}, "BaggingRegressor can't be frozen"),
+        ({"estimators": Ridge}, "is no estimator"),
+        ({"estimators": 3}, "is no estimator"),
+        ({"estimators": [Ridge()], "spec": {}}, "given twice"),
+        ({"spec": [Ridge()]}, "spec is of type list, LinkCandidates by interaction name needed"),
+    ):
+        with pytest.raises(InputError, match=message):
+            ic.learn(scenario, pieces, **given)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,81 @@
+"""What a script records is on disk while it is recorded: a kill takes a second of it, not the piece."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ichain_drake.cli.main import main
+from ichain_drake.demonstrations import Demonstration, read_demonstration
+from ichain_drake.errors import InputError
+from ichain_drake.runs.open_piece import OpenRecord, OpenScript
+from ichain_drake.runs.pieces import record_pieces
+from ichain_drake.simulation import noting
+from ichain_drake.systems import load_scenario
+
+SMALL = ["car_game", "--physics", "ideal", "--set", "learning.samples=60"]
+
+
+class KilledError(BaseException):
+    """The end of the process."""
+
+
+@pytest.fixture
+def left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder in which a script was killed in its first piece."""
+    folder = tmp_path / "pieces"
+    with monkeypatch.context() as patch:
+        patch.setattr(noting, "_EVERY", 0.0)
+        patch.setattr(OpenRecord, "remove", lambda self: self._stream.close())  # as the system does
+        add = OpenScript.add
+
+        def dying(self: OpenScript, piece: Demonstration) -> None:
+            add(self, piece)
+            if self.rows >= 20:
+                raise KilledError
+
+        patch.setattr(OpenScript, "add", dying)
+        scenario = load_scenario("car_game", ("learning.samples=60",), "ideal", 0)
+        with pytest.raises(KilledError):
+            record_pieces(scenario, [], folder)
+    return folder
+
+
+def test_the_next_command_makes_a_piece_of_it(left: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    assert [f.name for f in left.iterdir()] == [".play.open"]
+    assert main(["teach", *SMALL, "-o", str(left)]) == 2
+    said = capsys.readouterr().err
+    assert "play is what a process that ended unexpectedly had recorded: 20 rows" in said
+    assert "holds 1 demonstrations already (play.parquet)" in said
+    assert main(["teach", *SMALL, "-o", str(tmp_path / "whole")]) == 0
+    kept, whole = read_demonstration(left / "play.parquet"), read_demonstration(tmp_path / "whole" / "play.parquet")
+    assert kept.table.equals(whole.table[:20])
+    assert kept.units == whole.units
+    assert sorted(f.name for f in (tmp_path / "whole").iterdir()) == ["drive.parquet", "play.parquet"]
+
+
+def test_nothing_takes_its_place(left: Path, tmp_path: Path) -> None:
+    """One of another system, or that nothing can be made of, stays where it is, and is no hindrance."""
+    for content in (b"{}\n[1]\n[2]\n", (left / ".play.open").read_bytes().replace(b"hand.x", b"hand.q")):
+        (left / ".play.open").write_bytes(content)
+        assert main(["teach", *SMALL, "-o", str(left), "--overwrite"]) == 0
+        assert (left / ".play.open").read_bytes() == content
+    assert sorted(f.name for f in left.iterdir()) == [".play.open", "drive.parquet", "play.parquet"]
+
+
+def test_a_name_that_is_taken_gets_a_number(left: Path, capsys: pytest.CaptureFixture) -> None:
+    (left / "play.parquet").write_bytes(b"mine")
+    assert main(["teach", *SMALL, "-o", str(left)]) == 2
+    assert len(read_demonstration(left / "play-2.parquet")) == 20
+    assert (left / "play.parquet").read_bytes() == b"mine"
+    assert "play-2 is what a process" in capsys.readouterr().err
+
+
+def test_no_room_for_them_does_not_end_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: OpenRecord, *arguments: object) -> None:
+        raise InputError("No space left on device")
+
+    monkeypatch.setattr(noting, "_EVERY", 0.0)
+    monkeypatch.setattr(OpenRecord, "add", full)
+    record_pieces(load_scenario("car_game", ("learning.samples=20",), "ideal", 0), [], tmp_path)
+    assert sorted(f.name for f in tmp_path.iterdir()) == ["drive.parquet", "play.parquet"]
