@@ -16,8 +16,9 @@ _EVERY = 0.5  # [s] of the clock: with the tick that is under way, less than a s
 class Notebook(Protocol):
     """Keeps the rows of a piece that is being recorded."""
 
-    rows: int
-    """How many it has of the piece that is open."""
+    @property
+    def rows(self) -> int:
+        """How many it has of the piece that is open."""
 
     def add(self, piece: Demonstration) -> None:
         """Take the rows that follow."""

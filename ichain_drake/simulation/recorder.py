@@ -80,18 +80,18 @@ def record(
     """
     episode, noting = Episode(world, commander), Noting()
 
-    def note(running: Episode) -> None:
+    def note(running: Episode) -> bool:
         notebook = noting.due()
-        log = None if notebook is None else running.log()
-        if notebook is None or log is None:
-            return
-        rows = (len(log.times) - 2) // FRAMES_PER_TICK + 1  # the last command of a row is in the frame behind it
-        if rows > notebook.rows:
-            notebook.add(rows_of(world.graph, log, objects, name, notebook.rows, rows))
+        if notebook is not None:
+            log = running.log()
+            rows = (len(log.times) - 2) // FRAMES_PER_TICK + 1  # the last command of a row is in the frame behind it
+            if rows > notebook.rows:
+                notebook.add(rows_of(world.graph, log, objects, name, notebook.rows, rows))
+        return pressed()
 
     try:
         with deferred_interrupt() as pressed:
-            episode.run(ticks, lambda running: note(running) or pressed())
+            episode.run(ticks, note)
         interrupted = pressed()
     except KeyboardInterrupt:  # the second
         interrupted = True
