@@ -50,9 +50,8 @@ class RobotPlant:
         Raises:
             InputError: if one is missing, or is none of the gripper's.
         """
-        known = [] if self.gripper is None else [
-            self.plant.get_joint(j).name() for j in self.plant.GetJointIndices(self.gripper)
-        ]  # fmt: skip
+        joints = () if self.gripper is None else map(self.plant.get_joint, self.plant.GetJointIndices(self.gripper))
+        known = [joint.name() for joint in joints if joint.num_positions()]
         for name in positions if known else ():
             if name not in known:
                 raise InputError(f"robot.{where}: there is no joint {name!r}; the gripper has {', '.join(known)}")

@@ -217,26 +217,36 @@ def load_config(schema: type[ConfigT], file: Path | None, overrides: str | Seque
         raise InputError(f"{file}: a scenario is a mapping of sections")
     config = _typed(schema, data, str(file or schema.__name__))
     for text in [overrides] if isinstance(overrides, str) else overrides:
-        _override(data, text, schema)
-        config = _typed(schema, data, f"--set {text}")
+        default = _override(data, text, schema)
+        config = _typed(schema, data, f"--set {text}", default)
     return config
 
 
-def _typed(schema: type[ConfigT], data: dict[str, Any], where: str) -> ConfigT:
+def _typed(schema: type[ConfigT], data: dict[str, Any], where: str, default: Any = None) -> ConfigT:
     try:
         return yaml_load_typed(schema=schema, data=yaml.safe_dump(data), defaults=schema())
     except Exception as error:  # pydrake raises several kinds for bad values
-        raise InputError(f"{where}: {_explain(error)}") from None
+        raise InputError(f"{where}: {_explain(error, default)}") from None
 
 
-def _explain(error: Exception) -> str:
-    """Drake's error without addresses of YAML strings that the user never wrote."""
+_FORMS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", list: "a list, as [a, b]",
+          tuple: "a list, as [a, b]", dict: "a mapping, as {a: 1}"}  # fmt: skip
+"""How a value of a type is written."""
+
+
+def _explain(error: Exception, default: Any) -> str:
+    """Drake's error without addresses of YAML strings that the user never wrote; what belongs there, by its default."""
     if isinstance(error, AssertionError):
         return f"a section of keys belongs there, not {one_line(error) or 'a plain value'}"
-    return one_line(error).replace("<string>", "").strip(": ")[:400]
+    text = one_line(error).replace("<string>", "").strip(": ")[:400]
+    form = _FORMS.get(type(default), "")
+    if isinstance(default, list | tuple) and default:
+        form = f"a list, such as {list(default)}"[:80]
+    return f"{form} is needed there ({text})" if form else text
 
 
-def _override(data: dict[str, Any], text_of: str, schema: type[Any]) -> None:
+def _override(data: dict[str, Any], text_of: str, schema: type[Any]) -> Any:
+    """Put a setting into plain data; gives the default that it replaces, None where there is none."""
     key, sign, text = text_of.partition("=")
     if not sign or not key.strip():
         raise InputError(f"--set {text_of[:80]!r}: write key=value, such as noise.scale=2")
@@ -252,11 +262,12 @@ def _override(data: dict[str, Any], text_of: str, schema: type[Any]) -> None:
             raise InputError(f"--set {key}: there is no key {part!r}; {hint}")
         if i == len(parts) - 1:
             node[part] = value
-            return
+            return None if free else getattr(kind, part)
         kind = (kind or {}).get(part, {}) if free else getattr(kind, part)
         if not isinstance(node.get(part), dict):
             node[part] = {}
         node = node[part]
+    return None
 
 
 def as_plain(value: Any) -> Any:

@@ -135,6 +135,9 @@ SETTINGS = {
     "joystick.pivot=[1,2]": "joystick.pivot is [1.0, 2.0]",
     "start.axes=[5, 5]": "start.axes is [5.0, 5.0]",
     "start.axes=[0]": "start.axes is [0.0]",
+    "robot.hand.exposed=3": "a list, such as ['x', 'y', 'z', 'yaw', 'pitch', 'roll', 'grip'] is needed there",
+    "robot.home=[1]": "a mapping, as {a: 1} is needed there",
+    "robot.arm=": "a text is needed there",
     "robot.hand.exposed=[x]": "y is neither exposed nor held",
 }
 

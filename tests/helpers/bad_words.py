@@ -180,7 +180,7 @@ def evaluation(rng: random.Random, folder: Path) -> list[str]:
 def clustered(rng: random.Random, folder: Path) -> list[str]:
     wrong = rng.choice(
         [["--cluster", word(rng)], ["--cluster", "dask=" + noise(rng)], ["--without", word(rng)], ["--seed", "-4"],
-         ["--trials", "-1"], ["--resume"], ["--trial-timeout", rng.choice(["-1", "0", "nan"])]]
+         ["--trials", "-1"], ["--trial-timeout", rng.choice(["-1", "0", "nan"])]]
     )  # fmt: skip
     return [*rng.choice([["evaluate", any_scenario(rng), "--physics", "ideal"], ["scoreboard"]]), *wrong]
 

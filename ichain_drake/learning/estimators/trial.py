@@ -39,5 +39,8 @@ def try_out(estimator: Any, *, classifier: bool = False) -> None:
             else:
                 freeze(for_outputs(estimator, 2).fit(x, x @ [[1.0, -0.5], [0.0, 2.0]]))
     except Exception as error:  # whatever an estimator of anybody may raise
-        text = " ".join(str(error).split())[:600]
-        raise InputError(text if isinstance(error, InputError) else f"{type(error).__name__}: {text}") from None
+        text = " ".join(str(error).split())
+        if not isinstance(error, InputError):
+            why = f"{type(error).__name__}: {text[:300]}"
+            text = f"it can't be fitted with these parameters ({why}); change or leave out one"
+        raise InputError(text[:600]) from None

@@ -81,7 +81,7 @@ def test_a_list_of_both_kinds_goes_into_learn() -> None:
         (MultiOutputRegressor("Ridge"), "MultiOutputRegressor(estimator='Ridge')"),
         (BaggingRegressor(), "BaggingRegressor(): BaggingRegressor can't be frozen; what can be: Pipelines of"),
         (make_pipeline(MinMaxScaler(), Ridge()), "can be"),
-        (RidgeCV(alphas=[]), "RidgeCV(alphas=[])"),
+        (RidgeCV(alphas=[]), "RidgeCV(alphas=[]): it can't be fitted with these parameters (AttributeError: "),
         (Ridge(alpha=-1), "Ridge(alpha=-1): "),
         (LogisticRegression(), "it is no regressor"),
         (Ridge, "is no estimator; give a name such as"),
