@@ -1,7 +1,8 @@
 """Files made to break readers: whatever is in them, a reader gives a table or one line, soon, and runs none of it.
 
-`ICHAIN_MANY=100000 pytest tests/test_hostile_files.py` tries so many of each kind; a hundred by default. Files that
-claim or unpack to much are in `test_bombs.py`.
+`ICHAIN_MANY=100000 pytest tests/test_hostile_files.py` tries so many of each kind. Logs of other tools are in
+`demonstrations/importing/test_hostile_logs.py`, whole libraries in `learning/library/test_hostile_library.py`, files
+that claim or unpack to much in `test_bombs.py`.
 """
 
 from __future__ import annotations
@@ -12,30 +13,28 @@ import math
 import os
 import random
 import tempfile
-import time
-import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from damage import damaged, hdf5_bytes, json_of, letters, mcap_bytes, table, text_of
-from peak import taking_less_than
+import yaml
+from damage import altered, damaged, letters, table, text_of
+from hostile import survives, tried
 
 from ichain_drake.control.planning.goal_text import read_goal_text
 from ichain_drake.control.tracking.path import read_path
 from ichain_drake.demonstrations import Demonstration, read_demonstration, resample
-from ichain_drake.demonstrations.importing import import_logs, parse_map
 from ichain_drake.demonstrations.parquet import parquet_bytes
 from ichain_drake.demonstrations.reading import prepare
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning.discovery.graph_file import read_edges, read_spaces
 from ichain_drake.learning.library.manifest import read_manifest
 from ichain_drake.learning.library.weights import pack_arrays, unpack_arrays
 from ichain_drake.runs.open_piece import left_behind
@@ -49,10 +48,6 @@ from ichain_drake.units import convert
 from ichain_drake.visualization import load_recording
 from ichain_drake.visualization.recording import Readout, RecordedEpisode, Recording, Strip
 from ichain_drake.visualization.recording_file import save_recording
-
-MANY = int(os.environ.get("ICHAIN_MANY", "100"))
-SLOWEST = 2.0  # [s] of this process's work; how long it waited for a busy machine says nothing
-LARGEST = 2**30  # [bytes] beyond what the process had before
 
 GRAPH = InteractionGraph(
     {
@@ -115,19 +110,6 @@ def recording_arrays() -> dict[str, np.ndarray]:
     return dict(np.load(io.BytesIO(recording_bytes())))
 
 
-def tried(read: Callable[[], object]) -> None:
-    """Nothing but a result or one line, soon."""
-    began = time.process_time()
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            read()
-    except InputError as error:
-        assert str(error)
-        assert len(str(error).splitlines()) == 1, str(error)
-    assert time.process_time() - began < SLOWEST
-
-
 def used(file: Path) -> None:
     """Everything that is done with a piece before it is learned from."""
     piece = read_demonstration(file)
@@ -167,14 +149,7 @@ def contents(rng: random.Random, place: Path) -> None:
     """Tables of contents of recordings, in a file that is whole."""
     kept = recording_arrays()
     about = json.loads(str(kept["contents"]))
-    for _ in range(rng.randint(1, 3)):
-        node: Any = about
-        while isinstance(node, dict | list) and node and rng.random() < 0.8:
-            key = rng.choice(list(node)) if isinstance(node, dict) else rng.randrange(len(node))
-            if rng.random() < 0.4 or not isinstance(node[key], dict | list):
-                node[key] = json_of(rng, "name", "kind", "hand", "angle", "car")
-                break
-            node = node[key]
+    altered(rng, about, "name", "kind", "hand", "angle", "car")
     stream = io.BytesIO()
     np.savez(stream, **(kept | {"contents": np.array(json.dumps(about))}))
     (place / "r.npz").write_bytes(stream.getvalue())
@@ -236,6 +211,27 @@ def scenario_files(rng: random.Random, place: Path) -> None:
     tried(lambda: load_config(HeldControlConfig, place / "s.yaml"))
 
 
+GRAPH_FILE = b"""robot: arm
+edges:
+  arm->kart: {why: "better by 3"}
+objects:
+  arm: [{name: x, unit: m, lower: -1, upper: 1, kind: real, role: {kind: position, axis: x}}]
+  kart: [{name: h, unit: rad, kind: angle}]
+"""
+
+
+def graph_files(rng: random.Random, place: Path) -> None:
+    """Graphs that `ichain discover` wrote and a person mended."""
+    data = damaged(rng, GRAPH_FILE)
+    if rng.random() < 0.5:
+        tree = yaml.safe_load(GRAPH_FILE)
+        altered(rng, tree, "x", "angle", "arm", "position", "arm->kart")
+        data = yaml.safe_dump(tree).encode()
+    (place / "g.yaml").write_bytes(data)
+    tried(lambda: read_spaces(place / "g.yaml"))
+    tried(lambda: read_edges(place / "g.yaml", GRAPH))
+
+
 def settings(rng: random.Random, place: Path) -> None:
     key = rng.choice(KEYS) if rng.random() < 0.8 else letters(rng, 12)
     value = rng.choice(VALUES) if rng.random() < 0.7 else letters(rng, 12)
@@ -278,41 +274,19 @@ def resampling(rng: random.Random, place: Path) -> None:
     tried(lambda: resample(Demonstration(frame), GRAPH.objects))
 
 
-# Logs of other tools; those of libraries that are missing are skipped.
-
-LOG_MAP = parse_map({"columns": {"obs/x[0]": "arm.x", "actions[1]": "command.x"}, "rate": 3}, "map")
-TOPICS = parse_map({"columns": {"/arm:x": "arm.x", "/kart:list[0]": "kart.place"}}, "map")
-
-
-def hdf5(rng: random.Random, place: Path) -> None:
-    (place / "a.hdf5").write_bytes(damaged(rng, hdf5_bytes()))
-    tried(lambda: import_logs("robomimic", place / "a.hdf5", LOG_MAP))
-
-
-def mcap(rng: random.Random, place: Path) -> None:
-    (place / "a.mcap").write_bytes(damaged(rng, mcap_bytes()))
-    tried(lambda: import_logs("mcap", place / "a.mcap", TOPICS))
-
-
 READERS: tuple[Callable[[random.Random, Path], None], ...] = (
     csv, paths, parquet, arrays, recordings, contents, manifests, reports, kept_rows, open_pieces, scenario_files,
-    settings, goals, estimators, units, resampling, hdf5, mcap,
+    settings, goals, graph_files, estimators, units, resampling,
 )  # fmt: skip
 
 
 @pytest.mark.parametrize("reader", READERS, ids=lambda r: r.__name__)
 def test_nothing_but_a_result_or_one_line(reader: Callable[[random.Random, Path], None], tmp_path: Path) -> None:
-    with taking_less_than(LARGEST):
-        for number in range(MANY):
-            try:
-                reader(random.Random(number), tmp_path)
-            except BaseException as error:
-                error.add_note(f"{reader.__name__}(random.Random({number}), place)")
-                raise
+    survives(reader, tmp_path)
     assert {file.name for file in tmp_path.iterdir()} <= OWN
 
 
-OWN = {"a.hdf5", "a.mcap", "a.csv", "p.csv", "a.parquet", "r.npz", "r.json", "r.rows.jsonl", ".piece.open", "s.yaml"}
+OWN = {"a.csv", "p.csv", "a.parquet", "r.npz", "r.json", "r.rows.jsonl", ".piece.open", "s.yaml", "g.yaml"}
 """All that readers may leave: the files that they read."""
 
 

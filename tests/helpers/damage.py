@@ -7,6 +7,7 @@ import json
 import math
 import random
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,6 +71,18 @@ def json_of(rng: random.Random, *names: str, depth: int = 0) -> object:
         return {rng.choice(names): json_of(rng, *names, depth=depth + 1) for _ in range(rng.randint(0, 4))}
     plain = (None, rng.random() < 0.5, rng.randint(-2, 9), 10**20, rng.choice([0.5, math.nan, math.inf, -1e308]))
     return (*plain, letters(rng, 5), rng.choice(names))[kind]
+
+
+def altered(rng: random.Random, tree: Any, *names: str) -> None:
+    """Puts other things into some places of what JSON held."""
+    for _ in range(rng.randint(1, 3)):
+        node = tree
+        while isinstance(node, dict | list) and node and rng.random() < 0.8:
+            key: Any = rng.choice(list(node)) if isinstance(node, dict) else rng.randrange(len(node))
+            if rng.random() < 0.4 or not isinstance(node[key], dict | list):
+                node[key] = json_of(rng, *names)
+                break
+            node = node[key]
 
 
 def text_of(rng: random.Random, *names: str) -> bytes:

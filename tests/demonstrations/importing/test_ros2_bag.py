@@ -5,37 +5,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_bag import write_bag
 
 from ichain_drake.demonstrations.importing import import_logs, parse_map
 from ichain_drake.errors import InputError
 
 pytest.importorskip("mcap_ros2", reason="mcap-ros2-support is missing: pip install 'ichain_drake[logs]'")
-rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="rosbags is missing: pip install 'ichain_drake[dev]'")
+pytest.importorskip("rosbags", reason="rosbags is missing: pip install 'ichain_drake[dev]'")
 
 COLUMNS = {"/cup:point.x": "cup.x [m]", "/level:data": "cup.level"}
 MAP = parse_map({"columns": COLUMNS, "rate": 3}, "m")
 
 
-def write(folder: Path, storage: str) -> Path:
-    from rosbags.typesys import Stores, get_typestore
-
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    types = store.types
-    point, level = types["geometry_msgs/msg/PointStamped"], types["std_msgs/msg/Float64"]
-    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](5, 0), "world")
-    with rosbag2.Writer(folder, version=9, storage_plugin=rosbag2.StoragePlugin[storage]) as writer:
-        cup = writer.add_connection("/cup", point.__msgtype__, typestore=store)
-        water = writer.add_connection("/level", level.__msgtype__, typestore=store)
-        for i in range(3):
-            place = point(header, types["geometry_msgs/msg/Point"](float(i), 0.0, 0.0))
-            writer.write(cup, i * 10**9, store.serialize_cdr(place, point.__msgtype__))
-            writer.write(water, i * 10**9, store.serialize_cdr(level(i / 2), level.__msgtype__))
-    return folder
-
-
 @pytest.fixture
 def bag(tmp_path: Path) -> Path:
-    return write(tmp_path / "bag", "SQLITE3")
+    return write_bag(tmp_path / "bag", "SQLITE3")
 
 
 def told(source: Path) -> str:
@@ -47,7 +31,7 @@ def told(source: Path) -> str:
 
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
 def test_a_bag_is_a_piece(tmp_path: Path, storage: str) -> None:
-    (piece,) = import_logs("ros2", write(tmp_path / "bag", storage), MAP)
+    (piece,) = import_logs("ros2", write_bag(tmp_path / "bag", storage), MAP)
     np.testing.assert_array_equal(piece.table["time"], [0, 1, 2])
     np.testing.assert_array_equal(piece.table["cup.x"], [0, 1, 2])
     np.testing.assert_array_equal(piece.table["cup.level"], [0, 0.5, 1])
