@@ -71,6 +71,19 @@ def test_a_name_that_is_taken_gets_a_number(left: Path, capsys: pytest.CaptureFi
     assert "play-2 is what a process" in capsys.readouterr().err
 
 
+def test_a_run_saves_what_a_killed_one_left(
+    left: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    def nothing(*arguments: object, **options: object) -> None:
+        raise InputError("not now")
+
+    monkeypatch.setattr("ichain_drake.cli.run.carry_out", nothing)
+    left.rename(tmp_path / "demonstrations")
+    assert main(["run", *SMALL, "--paths", "eight", "-o", str(tmp_path)]) == 2
+    assert len(read_demonstration(tmp_path / "demonstrations" / "play.parquet")) == 20
+    assert "play is what a process that ended unexpectedly had recorded: 20 rows" in capsys.readouterr().err
+
+
 def test_no_room_for_them_does_not_end_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(self: OpenRecord, *arguments: object) -> None:
         raise InputError("No space left on device")
