@@ -6,6 +6,7 @@ was not foreseen, with one line on stderr, 130 interrupted (143 by SIGTERM).
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
@@ -320,7 +321,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        print(f"ichain: {where}{error.strerror or _one_line(error)}", file=sys.stderr)
+        more = (
+            "; raise that limit (ulimit -n), or ask for less at once (--jobs 1)" if error.errno == errno.EMFILE else ""
+        )
+        print(f"ichain: {where}{error.strerror or _one_line(error)}{more}", file=sys.stderr)
         return 2
     except Exception as error:
         if os.environ.get(TRACEBACK):

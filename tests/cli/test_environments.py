@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import resource
@@ -68,15 +69,23 @@ def test_a_locale_that_lacks_the_letters_of_a_name(tmp_path: Path) -> None:
     assert file.read_text().startswith("digraph")
 
 
-def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch, ichain) -> None:
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (MemoryError(), "there is not enough memory; free some, or ask for less at once (smaller files, --jobs 1)"),
+        (
+            OSError(errno.EMFILE, os.strerror(errno.EMFILE)),
+            "Too many open files; raise that limit (ulimit -n), or ask for less at once (--jobs 1)",
+        ),
+    ],
+)
+def test_too_little_is_one_line(error: Exception, line: str, monkeypatch: pytest.MonkeyPatch, ichain) -> None:
     def fail(*arguments: object) -> None:
-        raise MemoryError
+        raise error
 
     monkeypatch.setattr("ichain_drake.cli.settings.print_settings", fail)
     done = ichain("settings", "car_game")
-    assert (done.status, done.line) == (
-        2, "ichain: there is not enough memory; free some, or ask for less at once (smaller files, --jobs 1)",
-    )  # fmt: skip
+    assert (done.status, done.line) == (2, f"ichain: {line}")
 
 
 def test_a_full_disk_is_one_line_in_every_command_that_writes(ichain, tmp_path: Path) -> None:
