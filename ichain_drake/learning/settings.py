@@ -1,0 +1,102 @@
+"""Constants of learning: what counts as a difference, as the same, and as enough to tell. The same for every system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ichain_drake.settings import setting
+
+
+@dataclass(frozen=True)
+class LearningSettings:
+    """What learning takes for a difference, and how much evidence it asks for.
+
+    A *noise* is the standard deviation of one reading of a variable, as demonstrations show it.
+
+    Attributes:
+        clear: from here on a difference is one, and nothing stands at a bound; residuals of so many medians are odd.
+        surely: beyond it nothing is noise, within it all of what stands still is.
+        plain: a displacement so large shows whether things move together; a residual counts no more than this.
+        moving: root mean square that the changes of a variable must have to be a motion.
+        faint: of a difference: changes below it are taken as none.
+        empty: an amount below it is as good as none: what is dissolved in it means nothing.
+        away: from rest, that what goes back to it was seen at least.
+        noisy: times the squared changes that noise alone gives, that there must be to explain.
+        outstanding: times the median change, from which on one is no noise.
+        sure: by which the less likely of two models must be better to be taken.
+        unexplained: of a motion that may be left by what explains it.
+        together: of a child's squared motion that may be left where it moves with its parent.
+        turning: change of cosines and sines below which nothing turns.
+        sway: ridge penalty on how a turning parent sways its child, against fits to hardly any turning.
+        reach: of the range shown, that a region may go on beyond what was shown.
+        simpler: of an error that a further column must leave at most, to be worth a planner's knowing.
+        single: the same for one column in screening.
+        pair: the same for two columns at once.
+        preference: by which a column that roles don't ask for must be better.
+        beyond: of the largest change, from which on a row surely is beyond a threshold.
+        dead_bands: of a prediction's root mean square, below which it may mean nothing.
+        margins: of a decision value, by which what is active may stay so.
+        surprise: candidates whose mean log-likelihoods differ by less are equal: the simpler is taken.
+        told: F1 from which on a known status is the one shown.
+        well: F1 from which on a status is learned well.
+        events: F1 of the moments at which it switches, the same.
+        rows: that something is fitted to at least.
+        short: rows of a block at least.
+        several: rows that show how frames are turned, or a threshold.
+        enough: rows that contradict what is known.
+        alone: rows without other effects from which on an effect is fitted to them alone.
+        few: pieces, or events, that something must be shown in at least.
+        folds: parts that rows are left out in.
+        groups: the same for effects.
+        around: rows looked at before and after a row, or before an event.
+        ticks: of a displacement, and rows after an event: longer than noise, shorter than a change of grasp.
+        examples: rows of either status that are kept.
+        most_rows: that one effect is fitted to: what is slow in the number of rows stays quick.
+        seeds: best columns that pairs are tried with.
+        sweeps: of an alternating search, or moves of one, at most.
+    """
+
+    clear: float = setting(3.0, "noises", above=0)
+    surely: float = setting(4.0, "noises", above=0)
+    plain: float = setting(8.0, "noises", above=0)
+    moving: float = setting(1.5, "noises", above=1)
+    faint: float = setting(1.0, "noises", lower=0)
+    empty: float = setting(15.0, "noises", above=0)
+    away: float = setting(5.0, "noises", above=0)
+    noisy: float = setting(2.0, above=1)
+    outstanding: float = setting(7.0, above=1)
+    sure: float = setting(2.0, "standard errors", above=0)
+    unexplained: float = setting(0.5, above=0, below=1)
+    together: float = setting(0.3, above=0, below=1)
+    turning: float = setting(0.05, above=0)
+    sway: float = setting(0.3, above=0)
+    reach: float = setting(0.3, above=0)
+    simpler: float = setting(0.85, above=0, below=1)
+    single: float = setting(0.55, above=0, below=1)
+    pair: float = setting(0.35, above=0, below=1)
+    preference: float = setting(1.03, lower=1)
+    beyond: float = setting(0.15, above=0, below=1)
+    dead_bands: tuple[float, ...] = setting((0.0, 0.05, 0.1, 0.2, 0.35), lower=0)
+    margins: tuple[float, ...] = setting((0.0, 0.05, 0.1, 0.2), lower=0)
+    surprise: float = setting(0.005, "nat", lower=0)
+    told: float = setting(0.8, above=0, below=1)
+    well: float = setting(0.9, above=0, below=1)
+    events: float = setting(0.5, above=0, below=1)
+    rows: int = setting(6, lower=1)
+    short: int = setting(5, lower=1)
+    several: int = setting(8, lower=1)
+    enough: int = setting(12, lower=1)
+    alone: int = setting(24, lower=1)
+    few: int = setting(3, lower=1)
+    folds: int = setting(5, lower=2)
+    groups: int = setting(8, lower=2)
+    around: int = setting(4, lower=1)
+    ticks: int = setting(3, lower=1)
+    examples: int = setting(200, lower=1)
+    most_rows: int = setting(500, lower=1)
+    seeds: int = setting(10, lower=1)
+    sweeps: int = setting(25, lower=1)
+
+
+LEARNING = LearningSettings()
+"""The ones in force."""
