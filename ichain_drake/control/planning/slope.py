@@ -10,14 +10,10 @@ from numpy.typing import NDArray
 from ichain_drake.control.planning.model import row
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
-
-_UNSHOWN = 0.05  # size of a motion that was not shown, as a share of that of others
-_DEPENDENT = 0.02  # of the largest singular value: smaller ones are noise
-_PARTS = (1.0, 0.5, 0.25, 0.125)
-_CORRECTIONS = 4
 
 
 def slope(model: InteractionModel, edge: Interaction, states: States) -> tuple[FloatArray, FloatArray]:
@@ -35,7 +31,7 @@ def slope(model: InteractionModel, edge: Interaction, states: States) -> tuple[F
         The push in each of the robot's variables, 0 where it can't change gradually, shape (n_root,); and what each
         push changes, shape (n_root, n_child).
     """
-    shown = np.where(model.edges[edge].active_step > 0, 1.0, _UNSHOWN)
+    shown = np.where(model.edges[edge].active_step > 0, 1.0, PLANNING.unshown)
     size = np.maximum(shown * model.step_limit[edge.parent], 1e-9)
     size[jumping(model.graph.objects[edge.parent].observable)] = 0.0
     n = len(size)
@@ -68,7 +64,7 @@ def led(
     stays = np.abs(change) <= slack
     root = np.asarray(states[edge.parent], dtype=float)
     goal = root
-    for part in _PARTS:
+    for part in (0.5**k for k in range(PLANNING.corrections)):
         goal = _solved(model, edge, states, asked, part * change)
         halfway = model.effect(edge, states, 0.5 * (root + goal))[asked] - model.effect(edge, states, root)[asked]
         if (np.abs(halfway - 0.5 * part * change)[stays] <= slack[stays]).all():
@@ -83,7 +79,7 @@ def _solved(
     root, child = (np.asarray(states[n], dtype=float) for n in (edge.parent, edge.child))
     still = model.effect(edge, states, root)
     goal, moved = root, np.zeros_like(child)
-    for _ in range(_CORRECTIONS):
+    for _ in range(PLANNING.corrections):
         size, by_push = slope(model, edge, {edge.parent: goal, edge.child: child + moved})
         further = goal + least_motion(by_push[:, asked], change - moved[asked]) * size
         after = model.effect(edge, states, further) - still
@@ -100,7 +96,7 @@ def least_motion(by_push: FloatArray, wanted: FloatArray) -> FloatArray:
         by_push: what each push changes, shape (n_root, n_wanted).
         wanted: the change, shape (n_wanted,).
     """
-    return np.asarray(np.linalg.lstsq(by_push.T, wanted, rcond=_DEPENDENT)[0])
+    return np.asarray(np.linalg.lstsq(by_push.T, wanted, rcond=PLANNING.dependent)[0])
 
 
 def independent(model: InteractionModel, edge: Interaction, variables: Sequence[int]) -> bool:
@@ -116,4 +112,4 @@ def independent(model: InteractionModel, edge: Interaction, variables: Sequence[
         return True
     by_push = slope(model, edge, row(samples, len(samples[edge.child]) // 2))[1][:, list(variables)]
     size = np.linalg.svd(by_push / np.maximum(np.abs(by_push).max(axis=0), 1e-12), compute_uv=False)
-    return bool((size > _DEPENDENT * size[0]).sum() == len(variables))
+    return bool((size > PLANNING.dependent * size[0]).sum() == len(variables))
