@@ -47,6 +47,7 @@ STAYS = {
         "learning/estimators/evidence.py": {"_SCALE_PRIOR", "BOUNDS", "START"},
         "learning/status/faces.py": {"_PLACES"},
         "control/planning/borders.py": {"_VALUES"},
+        "control/planning/risk.py": {"_LEAST"},
         "control/planning/search_node.py": {"_DIGITS"},
         "control/planning/travel.py": {"_POINTS"},
         "control/tracking/turns.py": {"_STRAIGHT", "_EVERY"},
