@@ -15,12 +15,9 @@ class PlanningSettings:
     """How options are found and plans are searched for. A *range* is that of a variable in the demonstrations.
 
     Attributes:
-        same: of a range, within which two values are the same.
-        near: of a range: how far inside a goal a plan ends, and how far around a failure an option is not tried again;
-            of the best option's change, what is none.
+        same: of a range, within which two values are the same; of the largest of several motions, what is none.
         least: of a range, that an option must change; of its rate, below which it has stopped.
         hardly: of a change that is expected, below which nothing has happened.
-        slight: of a response, that may be a bias of the model; of a goal's range, that its margin takes at most.
         likely: probability, or share of samples, from which on an interaction is taken for possible.
         push: of the robot's largest step, with which its effect is tried; two goals nearer than that are one.
         noises: that a change must have at least, where it is to be seen in single readings.
@@ -30,31 +27,23 @@ class PlanningSettings:
         meets: of a tick's largest change: how near a predicted state must be to a demonstrated one to go on from it.
         alike: of a tick's largest change, within which demonstrated states are one.
         spared: of a way, at both ends, where the switching itself takes place.
-        unshown: size of a motion that was not shown, as a share of that of others.
-        dependent: of the largest singular value, below which one is noise.
         discount: a tick: looks about fifty ticks ahead, longer than a stroke and a new grasp.
         bins: over a range, in which states are new or known.
-        key_bins: the same, in which states are told apart at all.
         samples: demonstrated states, or places on the way, that are tried.
         states: demonstrated states in which a status is asked for.
         poses: demonstrated states of an option.
         line: places between demonstrated ones.
         nodes: demonstrated states that a motion is made of: a few a centimetre of a hand's way, in one model step.
-        probe: that a drive is tried for, and steps after which statuses are asked anew.
+        probe: that a drive is tried for, and until statuses are asked anew; twice as many it may take at once.
         long: the same, to see how far it gets.
-        leap: that a slow drive takes at once at most, and after which statuses are asked anew.
         window: over which a drive's rate is read.
         retake: to let go of an object and take another, or press a button.
-        stroke: of a motion, to see how fast it drives: several strokes, with a new grasp between them.
         steps: of a drive, or of the search for a motion, at most.
-        corrections: of a motion that is solved for, and halvings of a way that is not straight, at most.
     """
 
     same: float = setting(0.02, "share", above=0, below=1)
-    near: float = setting(0.05, "share", above=0, below=1)
     least: float = setting(0.08, "share", above=0, below=1)
     hardly: float = setting(0.2, "share", above=0, below=1)
-    slight: float = setting(0.25, "share", above=0, below=1)
     likely: float = setting(0.5, "probability", above=0, below=1)
     push: float = setting(0.5, "share", above=0, upper=1)
     noises: float = setting(5.0, "noises", above=0)
@@ -64,11 +53,8 @@ class PlanningSettings:
     meets: float = setting(0.35, "share", above=0)
     alike: float = setting(0.15, "share", above=0)
     spared: float = setting(0.15, "share", lower=0, below=0.5)
-    unshown: float = setting(0.05, "share", above=0, upper=1)
-    dependent: float = setting(0.02, "share", above=0, below=1)
     discount: float = setting(0.98, "a tick", above=0, below=1)
     bins: float = setting(8.0, "bins", above=0)
-    key_bins: float = setting(20.0, "bins", above=0)
     samples: int = setting(40, "states", lower=1)
     states: int = setting(24, "states", lower=1)
     poses: int = setting(60, "states", lower=1)
@@ -76,12 +62,9 @@ class PlanningSettings:
     nodes: int = setting(240, "states", lower=1)
     probe: int = setting(6, "ticks", lower=1)
     long: int = setting(36, "ticks", lower=1)
-    leap: int = setting(12, "ticks", lower=1)
     window: int = setting(8, "ticks", lower=1)
     retake: int = setting(20, "ticks", lower=1)
-    stroke: int = setting(60, "ticks", lower=1)
     steps: int = setting(400, "times", lower=1)
-    corrections: int = setting(4, "times", lower=1)
 
 
 @dataclass(frozen=True)
@@ -89,12 +72,9 @@ class ExecutionSettings:
     """How a plan is carried out and watched.
 
     Attributes:
-        look: readings averaged before planning and after a step; ticks of going on with a grasp that is doubted.
         readings: averaged where one look was not enough.
         corrected: ticks after which a carried object is looked at anew.
         shortest: ticks over which it is seen whether something goes along, at least.
-        longest: the same at most.
-        stays: share of the expected displacement that is missing from which on something stays behind.
         spread_rows: readings from which on their noise is estimated anew.
         ahead: of a range: a demonstrated pose beyond what was planned is one from here on.
         slack: of a range, within which a motion is there.
@@ -104,12 +84,9 @@ class ExecutionSettings:
         narrow: range that an object's places are taken to have at least.
     """
 
-    look: int = setting(4, "ticks", lower=1)
     readings: int = setting(12, "ticks", lower=1)
     corrected: int = setting(5, "ticks", lower=1)
     shortest: int = setting(2, "ticks", lower=1)
-    longest: int = setting(6, "ticks", lower=1)
-    stays: float = setting(0.75, "share", above=0, upper=1)
     spread_rows: int = setting(10, "readings", lower=3)
     ahead: float = setting(0.03, "share", above=0, below=1)
     slack: float = setting(0.005, "share", above=0, below=1)
@@ -125,15 +102,10 @@ class TrackingSettings:
 
     Attributes:
         search: how far ahead on a path the nearest point is looked for.
-        harm: times the best cost so far, from which on a step did harm: one over a small rise often leads on.
-        shorter: of a step that did harm, that is tried next.
         nearest: between errors whose likeness tells a lasting one.
         furthest: the same at most.
         band: of a speed, within which a transition counts as of that speed.
-        share: of all transitions, those nearest in speed, that stand in where a speed was hardly shown.
         quantile: of the turns that were shown: the sharpest few are noise.
-        slower: of one nominal speed, the next that is tried.
-        wider: of one length of smoothing, the next that is tried.
         smoothing: over which a demonstrated trajectory is averaged to follow it in validation.
         slowest: of nominal speed: a path that has to be taken slower is too sharp to tell methods apart.
         kept: share of the best paths by which a method is judged.
@@ -141,15 +113,10 @@ class TrackingSettings:
     """
 
     search: float = setting(4.0, "ticks", above=0)
-    harm: float = setting(2.0, "times", lower=1)
-    shorter: float = setting(0.3, "share", above=0, below=1)
     nearest: int = setting(2, "ticks", lower=1)
     furthest: int = setting(9, "ticks", lower=1)
     band: float = setting(0.3, "share", above=0, below=1)
-    share: float = setting(0.05, "share", above=0, below=1)
     quantile: float = setting(0.98, "share", above=0, below=1)
-    slower: float = setting(0.9, "times", above=0, below=1)
-    wider: float = setting(1.25, "times", above=1)
     smoothing: int = setting(11, "ticks", lower=1)
     slowest: float = setting(0.6, "share", above=0, upper=1)
     kept: float = setting(0.75, "share", above=0, upper=1)

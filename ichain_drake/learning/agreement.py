@@ -47,7 +47,7 @@ def _drifts(data: GraphData, obj: str, passive: PassiveDynamics, noise: FloatArr
         now.append(piece.states[obj][rows])
         then.append(piece.states[obj][rows + 1])
     before, after = np.vstack(now), np.vstack(then)
-    if len(before) < LEARNING.enough:
+    if len(before) < 2 * LEARNING.rows:
         return ""
     off = _rms(passive.space.difference(after, passive.settle(before, passive(before))))
     usual = np.maximum([v.std for v in passive.variables], np.sqrt(2.0) * noise)
@@ -60,7 +60,7 @@ def _drifts(data: GraphData, obj: str, passive: PassiveDynamics, noise: FloatArr
 
 def _differs(data: GraphData, edge: Interaction, learned: LearnedInteraction, known: KnownParts) -> str:
     truth = data.flag(edge)
-    if truth.sum() < LEARNING.enough:
+    if truth.sum() < 2 * LEARNING.rows:
         return ""
     around = (edge.child, *data.graph.parents(edge.child))
     score = f1(truth, learned.status.decide({n: data.stacked(n) for n in around}) >= 0.0)
@@ -91,7 +91,7 @@ def _other_effect(data: GraphData, edge: Interaction, learned: LearnedInteractio
         # Within its bounds: what is empty gives no more, whatever acts on it.
         rest.append(space.difference(then, passive.settle(state, without)))
         left.append(space.difference(then, passive.settle(state, ahead)))
-    if sum(map(len, rest)) < LEARNING.enough:
+    if sum(map(len, rest)) < 2 * LEARNING.rows:
         return ""
     moved, off = _rms(np.vstack(rest)), _rms(np.vstack(left))
     for effect in learned.effects:

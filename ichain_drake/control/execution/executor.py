@@ -30,6 +30,7 @@ from ichain_drake.control.settings import EXECUTION
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -76,7 +77,7 @@ class Executor:
         Args:
             command: where the robot is, shape (n_root,).
         """
-        return Memory(np.array(command, dtype=float), tasks=[Look(None, EXECUTION.look)])
+        return Memory(np.array(command, dtype=float), tasks=[Look(None, LEARNING.look)])
 
     def decide(  # noqa: PLR0911 - one return an outcome
         self, memory: Memory, measured: States, valid: Mapping[str, bool]
@@ -173,7 +174,7 @@ class Executor:
     # From step to step.
 
     def _next(self, memory: Memory) -> None:
-        now = self._view(memory).averaged(EXECUTION.look)
+        now = self._view(memory).averaged(LEARNING.look)
         if memory.giving_up is not None:
             self._last_look(memory)
             return
@@ -222,7 +223,7 @@ class Executor:
             return
         memory.replans += 1
         memory.plan, memory.step = None, -1
-        memory.tasks = [Look(None, EXECUTION.look)]
+        memory.tasks = [Look(None, LEARNING.look)]
 
     def _failed(self, memory: Memory, failure: Failed) -> None:
         """Put down what can't be brought where it should go, let go of what is not carried, and plan anew."""

@@ -24,7 +24,7 @@ def goes_along(
     model: InteractionModel,
     edge: Interaction,
     readings: Sequence[Mapping[str, FloatArray]],
-    ticks: int = EXECUTION.longest,
+    ticks: int = 2 * LEARNING.ticks,
 ) -> bool | None:
     """Whether a child moved as its parent makes it move while their interaction is active.
 
@@ -49,14 +49,14 @@ def goes_along(
     n = EXECUTION.shortest - 1 + int(clear[0])
     if missing[n] <= LEARNING.unexplained * expected[n]:
         return True
-    return False if missing[n] >= EXECUTION.stays * expected[n] else None
+    return False if missing[n] >= (1.0 - LEARNING.slight) * expected[n] else None
 
 
 def strays(
     model: InteractionModel,
     edge: Interaction,
     readings: Sequence[Mapping[str, FloatArray]],
-    ticks: int = EXECUTION.longest,
+    ticks: int = 2 * LEARNING.ticks,
 ) -> bool:
     """Whether a child moved although its parent hardly did: it fell, or was knocked. Arguments as in `goes_along`."""
     expected, missing = _displacements(model, edge, readings, ticks)
@@ -69,8 +69,8 @@ def _displacements(
     """How far the child should have moved in the last 1, 2, ... ticks, and how far it is from there, both in noises."""
     space = model.graph.objects[edge.child].observable
     index = sorted({f.variable for f in model.edges[edge].effects} & pose_of(space))
-    last = list(readings)[-(min(ticks, EXECUTION.longest) + 2) :]
-    count = min(ticks, EXECUTION.longest, len(last) - 1)
+    last = list(readings)[-(min(ticks, 2 * LEARNING.ticks) + 2) :]
+    count = min(ticks, 2 * LEARNING.ticks, len(last) - 1)
     if not index or count < EXECUTION.shortest:
         return np.zeros(0), np.zeros(0)
     parent, child = (np.array([r[n] for r in last]) for n in (edge.parent, edge.child))

@@ -56,7 +56,7 @@ class Moving(Task):
         width = float(view.model.high[target][i] - view.model.low[target][i])
         slack = max(EXECUTION.slack_noises * noise, EXECUTION.slack * width)
         self.inactive.append(not view.holds(edge))
-        if view.monitors and sum(self.inactive[-(EXECUTION.look + 1) :]) >= EXECUTION.look:
+        if view.monitors and sum(self.inactive[-(LEARNING.look + 1) :]) >= LEARNING.look:
             return Failed(edge, "lost", f"{edge.name} became inactive while it drove {target}.{name}")
         now = view.averaged(LEARNING.ticks if self.looks else 1)
         rest = direction * (value - float(now[target][i]))

@@ -80,7 +80,7 @@ def _values(model: InteractionModel, edge: Interaction, samples: Batch, obj: str
     count = len(samples[obj])
     batch[obj][:, variable] = np.repeat(grid, count)
     share = (model.decide(edge, batch).reshape(_VALUES, count) >= 0.0).mean(axis=1)
-    margin = max(LEARNING.clear * float(model.noise[obj][variable]), PLANNING.near * float(span(model, obj)[variable]))
+    margin = max(LEARNING.clear * float(model.noise[obj][variable]), LEARNING.near * float(span(model, obj)[variable]))
     out = []
     for first, last in _runs(share > PLANNING.likely):
         low, high = grid[first], grid[last]

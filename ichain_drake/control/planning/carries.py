@@ -12,6 +12,7 @@ from ichain_drake.control.planning.model import Batch, keeps, span, take
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
@@ -90,5 +91,5 @@ def _followers(model: InteractionModel, edge: Interaction) -> IntArray:
         one_way = np.maximum(one_way, 0.5 * np.sqrt(np.mean((there + back - 2.0 * held) ** 2, axis=0)))
     floor = np.maximum(model.noise[edge.child], 1e-9 * span(model, edge.child))
     # What is spilled where it is tilted does not come back: it doesn't follow.
-    follows = (still < PLANNING.slight * moved) & (one_way < PLANNING.slight * moved)
+    follows = (still < LEARNING.slight * moved) & (one_way < LEARNING.slight * moved)
     return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & follows)

@@ -19,6 +19,7 @@ from ichain_drake.control.planning.travel import jumping
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ class Record:
         return True
 
     def _width(self, name: str) -> np.ndarray:
-        return np.maximum(PLANNING.near * span(self._model, name), PLANNING.noises * self._model.noise[name])
+        return np.maximum(LEARNING.near * span(self._model, name), PLANNING.noises * self._model.noise[name])
 
     def _index(self, obj: str, variable: str) -> int:
         return self._model.graph.objects[obj].observable.index(variable)

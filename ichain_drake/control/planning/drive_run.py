@@ -128,7 +128,7 @@ class Run:
 
     def leap(self, before: Batch, after: Batch) -> IntArray:
         """How many ticks each row may take at once: while changes are small and no bound is near."""
-        most = np.full(len(before[self.root]), float(PLANNING.leap))
+        most = np.full(len(before[self.root]), float(2 * PLANNING.probe))
         for n in self.model.passive:
             part = np.flatnonzero(~self.fixed[n])
             delta = (after[n] - before[n])[:, part]

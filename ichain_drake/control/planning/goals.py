@@ -193,7 +193,7 @@ def _too_much(goal: Goal, model: InteractionModel, start: States) -> NoPlan | No
 def _limits(model: InteractionModel, obj: str, i: int) -> tuple[float, float]:
     """The declared bounds where there are any, or as far as it is taken, or a little more than shown."""
     variable = model.graph.objects[obj].observable.variables[i]
-    more = PLANNING.near * float(span(model, obj)[i]) + LEARNING.surely * float(model.noise[obj][i])
+    more = LEARNING.near * float(span(model, obj)[i]) + LEARNING.surely * float(model.noise[obj][i])
     low = variable.lower if math.isfinite(variable.lower) else float(model.low[obj][i]) - more
     high = variable.upper if math.isfinite(variable.upper) else float(model.high[obj][i]) + more
     reach = Frames(model).reach(obj)
@@ -220,7 +220,7 @@ def inside(condition: Condition, model: InteractionModel, noises: float, share: 
     space = model.graph.objects[condition.object].observable
     i = space.index(condition.variable)
     wide = max(noises * float(model.noise[condition.object][i]), share * float(span(model, condition.object)[i]))
-    margin = min(wide, PLANNING.slight * (condition.upper - condition.lower))
+    margin = min(wide, LEARNING.slight * (condition.upper - condition.lower))
     low, high = condition.lower + margin, condition.upper - margin
     variable = space.variables[i]
     return replace(

@@ -50,7 +50,7 @@ class Novelty:
 
     def key(self, states: States) -> tuple[int, ...]:
         """States with equal keys are taken as the same."""
-        return self.bins(states, PLANNING.key_bins)
+        return self.bins(states, 1.0 / LEARNING.near)
 
     def rank(self, states: States, unmet: Sequence[int]) -> int:
         """1 for a new value, 2 for a new pair of values, 3 for neither; remembers the state.

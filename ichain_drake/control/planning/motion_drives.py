@@ -69,7 +69,8 @@ def _drive(
 ) -> list[DriveOption]:
     target = chain[-1].child
     motion, gains = best_motion(model, links, target, variable, direction)
-    total = run_on(motion, gains, PLANNING.stroke)
+    ticks = 3 * PLANNING.retake  # several strokes, with a new grasp between them
+    total = run_on(motion, gains, ticks)
     least = max(
         PLANNING.least * float(span(model, target)[variable]), PLANNING.noises * float(model.noise[target][variable])
     )
@@ -78,7 +79,7 @@ def _drive(
     hold = {n: v.copy() for n, v in context.items()}
     best = int(np.argmax(total))
     hold |= {chain[0].parent: motion.robot[best].copy(), chain[0].child: motion.child[best].copy()}
-    return [DriveOption(chain, variable, direction, float(total.max()) / PLANNING.stroke, None, hold, hold, motion)]
+    return [DriveOption(chain, variable, direction, float(total.max()) / ticks, None, hold, hold, motion)]
 
 
 def _context(model: InteractionModel, chain: tuple[Interaction, ...], usable: np.ndarray) -> Batch | None:

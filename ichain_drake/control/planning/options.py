@@ -165,7 +165,7 @@ def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
     now = {n: v.copy() for n, v in batch.items()}
     status = None
     for tick in range(ticks):
-        known = status if tick % PLANNING.leap > 1 else None
+        known = status if tick % (2 * PLANNING.probe) > 1 else None
         now, status = model.step(now, batch[model.graph.root], known, strict=False)
     return {n: model.graph.objects[n].observable.difference(now[n], batch[n]) for n in batch}
 
@@ -199,7 +199,7 @@ def _drives_of(
         for direction in (1, -1):
             speed = direction * change[target][:, v]
             fastest = int(np.argmax(speed))
-            if speed[fastest] < max(PLANNING.hardly * least[v], PLANNING.slight * largest):
+            if speed[fastest] < max(PLANNING.hardly * least[v], LEARNING.slight * largest):
                 continue
             # How far each way of holding the chain gets, all from the same contents: those that leave most room for it.
             roomy = int(np.argmax(direction * further[target][:, v]))
@@ -212,9 +212,9 @@ def _drives_of(
             hold = int(nearly[np.argmax(sure[nearly])])
             before = hold
             if carry is not None:
-                quiet = np.abs(total) < PLANNING.near * best
+                quiet = np.abs(total) < LEARNING.near * best
                 full = _probe(model, _brimful(model, carry, poses), PLANNING.long)
-                brimful = np.abs(full[target][:, v]) < PLANNING.near * best
+                brimful = np.abs(full[target][:, v]) < LEARNING.near * best
                 before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
             rate = float(speed[fastest]) / PLANNING.probe
             samples = row(poses, hold), row(poses, before)

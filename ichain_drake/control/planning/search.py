@@ -85,7 +85,7 @@ class Search:
         self.model, self.settings = model, settings
         self.options = options
         self.goal = goal
-        self.surer = tuple(inside(c, self.model, LEARNING.clear, PLANNING.near) for c in goal.conditions)
+        self.surer = tuple(inside(c, self.model, LEARNING.clear, LEARNING.near) for c in goal.conditions)
         self.frames = Frames(model)
         self.novelty = Novelty(model, objects)
         self.landmarks = Landmarks(model, self.surer)

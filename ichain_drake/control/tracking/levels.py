@@ -7,10 +7,12 @@ from typing import Protocol
 
 import numpy as np
 
-from ichain_drake.control.settings import TRACKING
 from ichain_drake.control.tracking.offset import OffsetEstimate
 from ichain_drake.learning.chain.models import InverseModel
 from ichain_drake.state import FloatArray, StateSpace
+
+_HARM = 2.0  # times the best cost so far; a step over a small rise often leads on
+_SHORTER = 0.3  # of a step that did harm
 
 
 class TickModel(Protocol):
@@ -190,7 +192,7 @@ class PredictiveLevel:
             final = iteration == self.weights.iterations
             residual, jacobian = self._residual(child, parent, plan, offsets, wanted, metric, with_jacobian=not final)
             cost = np.einsum("nr,nr->n", residual, residual)
-            better, harmed = cost < best_cost, cost > TRACKING.harm * best_cost
+            better, harmed = cost < best_cost, cost > _HARM * best_cost
             best = np.where(better[:, None, None], plan, best)
             best_cost = np.where(better, cost, best_cost)
             if final or jacobian is None:
@@ -199,7 +201,7 @@ class PredictiveLevel:
                 plan = np.where(harmed[:, None, None], at_last[0], plan)
                 residual = np.where(harmed[:, None], at_last[1], residual)
                 jacobian = np.where(harmed[:, None, None], at_last[2], jacobian)
-                trust = np.where(harmed, TRACKING.shorter * trust, 1.0)
+                trust = np.where(harmed, _SHORTER * trust, 1.0)
             at_last = plan, residual, jacobian
             plan = self._within_reach(parent, self._improve(plan, residual, jacobian, trust))
         now = [child, parent, errors] if self._error_memory else []

@@ -20,6 +20,10 @@ _STRAIGHT = 1e-6  # turning over the smoothing length that is rounding [rad]
 _EVERY = 3  # points of the path from one check to the next
 
 
+_SLOWER = 0.9  # from one nominal speed that is tried to the next
+_WIDER = 1.25  # from one length of smoothing that is tried to the next
+
+
 @dataclass(frozen=True)
 class ShownTurns:
     """How sharply an object turned in its demonstrations.
@@ -41,7 +45,7 @@ class ShownTurns:
         away = np.abs(self.speed - speed)
         near = away < TRACKING.band * speed
         if near.sum() < LEARNING.several:
-            near = away <= np.sort(away)[min(len(away) - 1, max(LEARNING.several, int(TRACKING.share * len(away))))]
+            near = away <= np.sort(away)[min(len(away) - 1, max(LEARNING.several, int(LEARNING.near * len(away))))]
         spread = math.sqrt(TRACKING.quantile * (1.0 - TRACKING.quantile) / near.sum())
         return float(np.quantile(self.curvature[near], min(1.0, TRACKING.quantile + LEARNING.sure * spread)))
 
@@ -78,12 +82,12 @@ def sharp_turn(path: TimedPath, shown: ShownTurns) -> tuple[int, float, float] |
 
 def slower(path: TimedPath, shown: ShownTurns) -> float | None:
     """A nominal speed at which a path turns nowhere too sharply, not below what was shown; None if there is none."""
-    speed, least = TRACKING.slower * path.limits.speed, float(np.quantile(shown.speed, 1.0 - TRACKING.quantile))
+    speed, least = _SLOWER * path.limits.speed, float(np.quantile(shown.speed, 1.0 - TRACKING.quantile))
     while speed > max(least, 0.0):
         rounded = float(f"{speed:.2g}")
         if sharp_turn(TimedPath(path.points, replace(path.limits, speed=rounded)), shown) is None:
             return rounded
-        speed *= TRACKING.slower
+        speed *= _SLOWER
     return None
 
 
@@ -145,7 +149,7 @@ def smooth_path(path: TimedPath, chain: LearnedChain, where: str, unit: str) -> 
         found = TimedPath(round_points, path.limits)
         if sharp_turn(found, shown) is None:
             return found, float(np.linalg.norm(round_points - points, axis=1).max())
-        window *= TRACKING.wider
+        window *= _WIDER
     raise InputError(f"{where}: it turns too sharply for {length:.3g} {unit} of length, however it is smoothed")
 
 

@@ -48,7 +48,7 @@ def _fit_variable(residual: Residual, rows: BoolArray, features: Features, i: in
         return None
     declared, best = _declared(residual, features, i, ok)
     most = float(residual.evidence(left, i, float(residual.quiet[i]))[ok].sum())
-    if best is not None and declared >= DISCOVERY.enough * most:
+    if best is not None and declared >= LEARNING.slight * most:
         return best
     fitted = _line(residual, features, i, ok, declared * (DISCOVERY.declared_first if best is not None else 1.0))
     return best if fitted is None else fitted

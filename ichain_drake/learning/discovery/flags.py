@@ -109,7 +109,7 @@ def _tightened(log: Log, term: Term) -> Term:
         if item.label not in use or not item.place or item.owner not in (term.parent, term.child):
             continue
         (a, b), (least, most) = np.quantile(values[seen, j], [0.05, 0.95]), np.quantile(values[:, j], [0.02, 0.98])
-        if most - least < 1e-9 or b - a > DISCOVERY.narrow * (most - least):
+        if most - least < 1e-9 or b - a > LEARNING.reach * (most - least):
             continue
         group = position_groups(log.spaces[item.owner])[0]
         noise = float(np.mean(log.noise[item.owner][list(group.indices)]))

@@ -15,9 +15,10 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.blocks import runs
 from ichain_drake.learning.discovery.log import RawPiece
 from ichain_drake.learning.discovery.search import FoundEdge, search
-from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
+
+_ASKED = 5  # intervals that a person is asked for
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Labelled:
             for name, rows in piece.open.items()
             for a, b in runs(np.asarray(rows))
         ]
-        return [text for _, text in sorted(stretches, key=lambda s: (-s[0], s[1]))[: DISCOVERY.asked]]
+        return [text for _, text in sorted(stretches, key=lambda s: (-s[0], s[1]))[:_ASKED]]
 
     def lines(self) -> list[str]:
         """What was inferred, a line an interaction, and where a person's labels would help most."""

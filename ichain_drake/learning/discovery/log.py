@@ -127,7 +127,7 @@ def make_log(
     t = np.flatnonzero(piece[1:] == piece[:-1])
     first = np.r_[True, piece[1:] != piece[:-1]][t]
     row = np.concatenate([np.arange(len(p) - 1) for p in quiet])
-    _, block = np.unique(piece[t] * (row.max() + 1) + row // DISCOVERY.block, return_inverse=True)
+    _, block = np.unique(piece[t] * (row.max() + 1) + row // (2 * DISCOVERY.window), return_inverse=True)
     for group in position_groups(spaces[root]):
         turns.setdefault(group.frame, np.eye(len(group.indices)))
     known = {}
@@ -143,7 +143,7 @@ def make_log(
         piece=piece,
         t=t,
         back=np.where(first, t, t - 1),
-        fold=interleaved_blocks(piece[t], DISCOVERY.parts, DISCOVERY.block),
+        fold=interleaved_blocks(piece[t], DISCOVERY.parts, 2 * DISCOVERY.window),
         block=np.asarray(block, dtype=np.intp).ravel(),
         turns=turns,
         known=known,

@@ -21,9 +21,8 @@ class DiscoverySettings:
         clip: most that one tick may say: one odd reading decides nothing.
         outliers: share of ticks that no model describes (knocks, drop-outs), anywhere within a variable's range.
         least: log-likelihood on left-out rows that a term must gain, beside its price and the one standard error.
-        window: effects that drown in one tick's noise are judged by means over so many.
+        window: effects that drown in one tick's noise are judged by means over so many; twice as many go together.
         parts: rows are left out in so many parts, dealt in blocks.
-        block: successive ticks that are left out together: longer than what one event shows.
         most_terms: gated effects on one object at most.
         most_inputs: inputs of a linear effect at most.
         certain: evidence beyond which a tick's status is taken from what was seen there.
@@ -36,18 +35,13 @@ class DiscoverySettings:
         more: that a further input of an effect must bring.
         pays: that a gate must gain by looking at other objects.
         pays_share: the same of its own evidence.
-        against: share of ticks that may speak against what an object does all the time by itself.
-        upper: of the 90th percentile of an effect, from which on it is the upper side of a step.
-        narrow: of a coordinate's range, within which it always acted, so that it may be a condition.
         acts: share of the ticks in which it was seen to act that a tightened gate must keep.
+        close: of the best, or of the most that is seen: what may be as good, or is of the same kind.
         worth: of the best candidate's evidence, from which on another is judged.
-        near: of the best score: candidates that may be as good once their gates look at other objects.
         rest: share of rows that a rest value is read in at least.
         leaves: of a change's square, that a distance from rest has where it is more than readings' noise.
         unturned: weight of the prior that frames are not turned, of the displacements' own.
         sway: ridge penalty on how a turning parent sways its child.
-        kept: share of the ticks by which a fit of displacements is judged: odd ones don't decide.
-        enough: of all there is to explain, with which a declared effect is not compared any further.
         declared_first: by which what no role declares must be better.
         intervals: of one input that a search begins with.
         starts: inputs that a search for a gate starts from, beside the best.
@@ -55,7 +49,6 @@ class DiscoverySettings:
         tried: inputs tried for the next place in a line: those that go best with what is left.
         rounds: of alternating between effect and gate.
         left_out_rounds: the same on left-out ticks.
-        asked: intervals that a person is asked for.
     """
 
     face: float = setting(4.0, "nat", lower=0)
@@ -69,7 +62,6 @@ class DiscoverySettings:
     least: float = setting(15.0, "nat", lower=0)
     window: int = setting(6, "ticks", lower=1)
     parts: int = setting(4, "parts", lower=2)
-    block: int = setting(12, "ticks", lower=1)
     most_terms: int = setting(8, "effects", lower=1)
     most_inputs: int = setting(3, "inputs", lower=0)
     certain: float = setting(6.0, "nat", lower=0)
@@ -82,18 +74,13 @@ class DiscoverySettings:
     more: float = setting(3.0, "nat", lower=0)
     pays: float = setting(20.0, "nat", lower=0)
     pays_share: float = setting(0.1, "share", lower=0)
-    against: float = setting(0.05, "share", lower=0, below=1)
-    upper: float = setting(0.5, "share", above=0, below=1)
-    narrow: float = setting(0.3, "share", above=0, below=1)
     acts: float = setting(0.7, "share", above=0, below=1)
+    close: float = setting(0.5, "share", above=0, below=1)
     worth: float = setting(0.3, "share", above=0, below=1)
-    near: float = setting(0.5, "share", above=0, below=1)
     rest: float = setting(0.4, "share", above=0, below=1)
     leaves: float = setting(0.8, "share", above=0)
     unturned: float = setting(0.1, "1", lower=0)
     sway: float = setting(0.01, "1", above=0)
-    kept: float = setting(0.8, "share", above=0, upper=1)
-    enough: float = setting(0.25, "share", above=0, upper=1)
     declared_first: float = setting(1.3, "times", lower=1)
     intervals: int = setting(2, "intervals", lower=0)
     starts: int = setting(3, "inputs", lower=0)
@@ -101,7 +88,6 @@ class DiscoverySettings:
     tried: int = setting(5, "inputs", lower=1)
     rounds: int = setting(5, "times", lower=1)
     left_out_rounds: int = setting(3, "times", lower=1)
-    asked: int = setting(5, "intervals", lower=1)
 
 
 DISCOVERY = DiscoverySettings()

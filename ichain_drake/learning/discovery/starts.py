@@ -50,7 +50,7 @@ def starts(residual: Residual, inputs: GateInputs, train: BoolArray) -> list[Boo
         out.append(rows)
         loudest = LEARNING.plain * residual.quiet[i]
         value = residual.values[:, i] * np.sign(np.sum(np.clip(residual.values[rows, i], -loudest, loudest)))
-        upper = rows & (value > DISCOVERY.upper * np.quantile(value[rows], 0.9))
+        upper = rows & (value > DISCOVERY.close * np.quantile(value[rows], 0.9))
         if upper.sum() >= LEARNING.rows:
             out.append(upper)
     return out

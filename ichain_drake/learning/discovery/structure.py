@@ -15,6 +15,7 @@ from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.term import Term
 from ichain_drake.learning.discovery.term_fit import fit_passive, fit_term, judged
 from ichain_drake.learning.selection import by_part, clearly
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
 
@@ -105,7 +106,7 @@ def _passive_motion(residual: Residual) -> Term | None:
 
 def _goes_on(term: Term, log: Log) -> bool:
     """Whether hardly a tick speaks against what an object is said to do all the time."""
-    return bool(np.mean(term.evidence < -DISCOVERY.shows) <= DISCOVERY.against)
+    return bool(np.mean(term.evidence < -DISCOVERY.shows) <= LEARNING.near)
 
 
 def _next(
@@ -136,7 +137,7 @@ def _next(
     if not paying:
         return None, ()
     paying.sort(key=lambda t: -score(t, log))
-    near = [t for t in paying[: DISCOVERY.looking] if score(t, log) > DISCOVERY.near * score(paying[0], log)]
+    near = [t for t in paying[: DISCOVERY.looking] if score(t, log) > DISCOVERY.close * score(paying[0], log)]
     widened = [_looking_around(residual, terms, t, parents) for t in near or paying[:1]]
     best = _most_direct(max(widened, key=lambda t: score(t, log)), widened, log)
     same = [
@@ -144,7 +145,7 @@ def _next(
         for t in (*widened, *paying[len(widened) :])
         if t.parent not in (best.parent, residual.child)
         and _same(t, best)
-        and score(t, log) > DISCOVERY.near * score(best, log)
+        and score(t, log) > DISCOVERY.close * score(best, log)
     ]
     return best, tuple(same)
 

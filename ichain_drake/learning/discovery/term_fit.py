@@ -69,7 +69,7 @@ def fit_term(
     if best is not None and any(e.columns and not e.declared for e in best.effects):
         # A line in an input may be a step of it: what a gate and a constant say with fewer parameters.
         size = np.abs(best.predicted[:, [e.variable for e in best.effects]]).max(axis=1)
-        high = best.on & (size > DISCOVERY.upper * np.quantile(size[best.on], 0.9)) if best.on.any() else best.on
+        high = best.on & (size > DISCOVERY.close * np.quantile(size[best.on], 0.9)) if best.on.any() else best.on
         step = _climb(residual, parent, others, views, high, every, DISCOVERY.rounds, movable=movable)
         if step is not None and step.value > best.value:
             best = step

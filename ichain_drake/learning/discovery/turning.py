@@ -29,7 +29,7 @@ def tick_alignment(log: Log, parent: str, child: str, on: BoolArray) -> Alignmen
     rows = on & (np.linalg.norm(moved_p, axis=1) > least)
     if rows.sum() < LEARNING.rows:
         return None
-    still = rows & (np.abs(turned).sum(axis=1) < LEARNING.turning)
+    still = rows & (np.abs(turned).sum(axis=1) < LEARNING.near)
     fit = still if still.sum() >= LEARNING.rows else rows
     same_axes = p.axes == c.axes
     turn = np.eye(len(ic)) if p.frame == c.frame and same_axes else _turn(moved_p[fit], moved_c[fit], rigid=same_axes)
@@ -74,4 +74,4 @@ def _circular(states: FloatArray, angles: tuple[int, ...]) -> FloatArray:
 
 def _smaller(rows: FloatArray) -> float:
     squares = np.sort((rows**2).sum(axis=1))
-    return float(squares[: max(1, int(DISCOVERY.kept * len(squares)))].sum())
+    return float(squares[: max(1, int(LEARNING.kept * len(squares)))].sum())

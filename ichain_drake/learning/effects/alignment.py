@@ -164,7 +164,7 @@ def learn_alignment(data: GraphData, edge: Interaction, noise: Mapping[str, Floa
     turn, sway, left = np.eye(len(ic), len(ip)), np.zeros((len(ic), 2 * len(angles))), 0.0
     if moving.sum() >= LEARNING.several:
         # A turning parent sways the child: the turn of the frames is learned where it doesn't, then the sway from all.
-        still = np.abs(turned).sum(axis=1) < LEARNING.turning
+        still = np.abs(turned).sum(axis=1) < LEARNING.near
         steady = moving & still if (moving & still).sum() >= LEARNING.several else moving
         turn = _fit_turn(moved_p[steady], moved_c[steady], rigid=p.axes == c.axes)
         sway = _fit_sway(turned, moved_c - moved_p @ turn.T)

@@ -99,7 +99,7 @@ def _tell_apart(
     together = []
     for e in rows:
         alone = rows[e].alone
-        if alone.sum() >= LEARNING.alone or alone.all():
+        if alone.sum() >= 4 * LEARNING.rows or alone.all():
             _put(effects, e, fit(e, alone))
         else:
             together.append(e)

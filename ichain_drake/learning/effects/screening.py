@@ -15,6 +15,9 @@ from ichain_drake.state import FloatArray
 _RIDGE = 1e-3
 
 
+_BEYOND = 0.15  # of the largest target: where an alternation takes rows as beyond a threshold at first
+
+
 def window_means(values: FloatArray, windows: Sequence[tuple[int, int]]) -> FloatArray:
     """Mean of rows over windows, shape (n, ...) -> (n_windows, ...)."""
     total = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
@@ -197,7 +200,7 @@ class RectifiedScreening:
         self._z = (x - x.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
         up, down = np.sum(np.maximum(y, 0.0) ** 2), np.sum(np.minimum(y, 0.0) ** 2)
         self._y = y if up >= down else -y
-        self._first = self._y > LEARNING.beyond * self._y.max()
+        self._first = self._y > _BEYOND * self._y.max()
         self._judge = judge
         self._weight = np.array([b - a for a, b in judge], dtype=float)
         self._groups = [group == g for g in np.unique(group)]

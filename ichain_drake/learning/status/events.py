@@ -97,7 +97,7 @@ def collect_windows(pieces: Sequence[Demonstration], graph: InteractionGraph) ->
             child = piece.states(edge.child, graph.objects[edge.child])
             events = np.flatnonzero(flags[1:] != flags[:-1]) + 1
             for k, row in enumerate(events):
-                first = max(row - LEARNING.around, events[k - 1] if k else 0)
+                first = max(row - LEARNING.look, events[k - 1] if k else 0)
                 # Nor do attempts that failed before belong to it: what jumps, jumps once.
                 other = np.flatnonzero((root[first:row, jumps] != root[row - 1, jumps]).any(axis=1))
                 first += int(other[-1]) + 1 if len(other) else 0

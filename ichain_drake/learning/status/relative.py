@@ -63,7 +63,7 @@ def rested(values: FloatArray, piece: NDArray[np.intp], noise: FloatArray) -> Fl
     out = values.copy()
     for k in np.unique(piece):
         rows = np.flatnonzero(piece == k)
-        around = np.arange(-LEARNING.around, LEARNING.around + 1)
+        around = np.arange(-LEARNING.look, LEARNING.look + 1)
         index = rows[np.clip(np.arange(len(rows))[:, None] + around, 0, len(rows) - 1)]
         near = values[index]
         still = (np.abs(near - np.median(near, axis=1, keepdims=True)) <= LEARNING.surely * noise).all(axis=1)
