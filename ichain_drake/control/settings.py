@@ -76,6 +76,7 @@ class ExecutionSettings:
         corrected: ticks after which a carried object is looked at anew.
         shortest: ticks over which it is seen whether something goes along, at least.
         spread_rows: readings from which on their noise is estimated anew.
+        noise_rows: newest readings that the noise of a run is estimated by.
         ahead: of a range: a demonstrated pose beyond what was planned is one from here on.
         slack: of a range, within which a motion is there.
         slack_noises: the same in noises of a reading.
@@ -88,6 +89,7 @@ class ExecutionSettings:
     corrected: int = setting(5, "ticks", lower=1)
     shortest: int = setting(2, "ticks", lower=1)
     spread_rows: int = setting(10, "readings", lower=3)
+    noise_rows: int = setting(120, "readings", lower=3)
     ahead: float = setting(0.03, "share", above=0, below=1)
     slack: float = setting(0.005, "share", above=0, below=1)
     slack_noises: float = setting(1.2, "noises", above=0)

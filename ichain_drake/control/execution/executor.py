@@ -99,6 +99,10 @@ class Executor:
             memory.mode = Mode.BLIND
             return memory.command
         reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
+        if memory.readings:
+            memory.noise = memory.noise.seen(self.model, memory.readings[-1], reading)
+        if memory.model is None or memory.tick % EXECUTION.readings == 0:
+            memory.model = memory.noise.in_force(self.model)
         memory.readings = [*memory.readings[1 - EXECUTION.readings :], reading]
         self._watch(memory)
         if memory.tick > self.settings.ticks:
@@ -127,21 +131,25 @@ class Executor:
                 return memory.command
         return self._stop(memory, "loop", "its tasks ended at once over and over again")
 
+    def _model(self, memory: Memory) -> InteractionModel:
+        """The learned graph with the noise that readings have in this run."""
+        return memory.model or self.model
+
     def _watch(self, memory: Memory) -> None:
         """See whether what the robot holds goes along with it."""
         carried = memory.carried
         if carried.held is not None and self.settings.monitors:
             edge = Interaction(self._root, carried.held)
-            seen = (self.model, edge, memory.readings, carried.ticks + 1)
+            seen = (self._model(memory), edge, memory.readings, carried.ticks + 1)
             memory.carried = carried.watched(False if strays(*seen) else goes_along(*seen))
 
     def _view(self, memory: Memory) -> View:
         view = View(
-            self.model, self.skills, self._vias, memory.readings, memory.command, self.settings.monitors,
+            self._model(memory), self.skills, self._vias, memory.readings, memory.command, self.settings.monitors,
             self.settings.attempts, self.motion, memory.carried.left, memory.carried.following,
         )  # fmt: skip
         if view.left:
-            view.left = memory.carried.standing(self.model, view.averaged())
+            view.left = memory.carried.standing(view.model, view.averaged())
         return view
 
     def _act(self, memory: Memory, task: Task) -> Answer:
@@ -183,7 +191,7 @@ class Executor:
             return
         if memory.step >= 0 and self.settings.monitors:
             done = memory.plan.steps[memory.step]
-            off = deviation(self.model, done, now)
+            off = deviation(self._model(memory), done, now)
             if off:
                 self._contradicted(memory)
                 if undriven(self.model, done, memory.began, now):
@@ -195,7 +203,7 @@ class Executor:
             step, memory.began = memory.plan.steps[memory.step], now
             memory.tasks = step_tasks(self.model, step, now, memory.carried)
             return
-        missing = unmet(self.model, self.goal, now)
+        missing = unmet(self._model(memory), self.goal, now)
         if not missing or not self.settings.monitors:
             memory.mode = Mode.REACHED
             memory.reason = "goal reached" if not missing else "the plan was carried out; not watched whether it worked"
@@ -234,7 +242,7 @@ class Executor:
         view = self._view(memory)
         unforeseen, origin = failure.cause in _UNFORESEEN, memory.carried.origin
         if failure.cause == "lost":
-            unforeseen = memory.carried.stayed(self.model, view.averaged())
+            unforeseen = memory.carried.stayed(view.model, view.averaged())
             memory.carried = memory.carried.slipped()
         self._contradicted(memory)
         self._replan(memory, failure.cause, failure.text)
@@ -292,7 +300,7 @@ class Executor:
 
     def _last_look(self, memory: Memory) -> None:
         assert memory.giving_up is not None
-        if unmet(self.model, self.goal, self._view(memory).averaged(EXECUTION.readings)):
+        if unmet(self._model(memory), self.goal, self._view(memory).averaged(EXECUTION.readings)):
             self._stop(memory, *memory.giving_up)
         else:
             memory.mode, memory.reason, memory.tasks = Mode.REACHED, "goal reached", []
