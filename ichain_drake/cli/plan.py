@@ -14,7 +14,7 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel
 from ichain_drake.runs.goals.plan import make_plan
-from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.goals.settings import graph_spec, planner_of
 from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.learn import learn_rest
 from ichain_drake.runs.pieces import read_for, record_pieces
@@ -64,7 +64,7 @@ def print_plan(
             model = learn_rest(show, graph, before, spec, say)
         start = look(scenario.make_world(0))
         say("planning")
-        _, plan = make_plan(model, goal, start)
+        _, plan = make_plan(model, goal, start, planner_of(scenario.config))
     if isinstance(plan, Plan):
         print(format_plan(plan, scenario.graph, start, likely=explain))
         return 0

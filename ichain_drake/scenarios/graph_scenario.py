@@ -12,6 +12,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 from ichain_drake.control.execution.course import Motion
+from ichain_drake.control.planning.planner import PLANNERS
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
@@ -25,6 +26,7 @@ from ichain_drake.scenarios.hand_commands import HandCommands
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece, StartT
 from ichain_drake.scenarios.seats import Seat, hand_seat
+from ichain_drake.settings import setting
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.recorder import record
 from ichain_drake.state import FloatArray
@@ -48,10 +50,12 @@ class GraphConfig(ScenarioConfig):
         goal: what `run` and `plan` ask for where the command line says nothing else, such as `object.variable >= 0.5`,
             `keep object.variable within 0.02` or `not parent->child`.
         fault: what goes wrong, and how much.
+        planner: `fast` for a plan of few steps, `optimal` for that of least expected time, which takes longer to find.
     """
 
     goal: list[str] = field(default_factory=list)
     fault: GoalFaultConfig = field(default_factory=GoalFaultConfig)
+    planner: str = setting("fast", choices=PLANNERS)
 
 
 class GraphScenario(Scenario, Generic[StartT]):

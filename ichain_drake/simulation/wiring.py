@@ -13,11 +13,12 @@ from ichain_drake.control.execution.course import Motion
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Planner
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Goal, States
-from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.control.planning.planner import PLANNERS, GraphPlanner, SearchSettings
 from ichain_drake.control.planning.skills import OwnSkills, Skills
 from ichain_drake.control.tracking.chain import ChainController, make_controller
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.control.tracking.systems import Controller, PathController
+from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.simulation.interruption import deferred_interrupt
@@ -65,17 +66,27 @@ def goal_controller(
     motion: Motion | None = None,
     own_skills: OwnSkills | None = None,
     settings: ExecutorSettings | None = None,
-    planner: Planner | None = None,
+    planner: Planner | str = "fast",
 ) -> GraphController:
     """The system that brings about a goal with a learned graph; arguments as for `AddController`."""
-    planner = planner or make_planner(model).plan
+    planner = make_planner(model, planner).plan if isinstance(planner, str) else planner
     executor = Executor(model, Skills.of(model, own_skills), planner, goal, settings, motion)
     return GraphController(executor, start_command(world))
 
 
-def make_planner(model: InteractionModel) -> GraphPlanner:
-    """The planner of every run towards a goal, for what was learned or loaded: the one place to put in another."""
-    return GraphPlanner(model)
+def make_planner(model: InteractionModel, name: str = "fast") -> GraphPlanner:
+    """The planner of a run towards a goal, for what was learned or loaded.
+
+    Args:
+        model: the learned graph.
+        name: `fast` finds a plan of few steps; `optimal` goes on to the one of least expected time, and proves it.
+
+    Raises:
+        InputError: on another name.
+    """
+    if name not in PLANNERS:
+        raise InputError(f"planner: {name!r} is none; give {' or '.join(PLANNERS)}, or a function")
+    return GraphPlanner(model, SearchSettings(optimal=name == "optimal"))
 
 
 def AddController(  # noqa: N802 - named as Drake names what adds systems to a builder
@@ -87,7 +98,7 @@ def AddController(  # noqa: N802 - named as Drake names what adds systems to a b
     motion: Motion | None = None,
     own_skills: OwnSkills | None = None,
     settings: ExecutorSettings | None = None,
-    planner: Planner | None = None,
+    planner: Planner | str = "fast",
     controller: ChainController | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> System:
@@ -106,7 +117,8 @@ def AddController(  # noqa: N802 - named as Drake names what adds systems to a b
             `make_motion` gives it.
         own_skills: goals: a designer's functions in place of learned skills.
         settings: goals: of the execution.
-        planner: goals: in place of the library's.
+        planner: goals: `fast`, `optimal` (see `make_planner`), or a function of your own: from measured states, goal,
+            interactions to be careful with and what execution contradicted so far to a `Plan` or `NoPlan`.
         controller: paths: one that was chosen before; by default the predictive one is chosen by validation.
         progress: paths: called with a line before each option of the validation.
 

@@ -30,7 +30,8 @@ def format_plan(
     if not plan.steps:
         return "nothing to do: the goal is met"
     lines = [
-        f"{count(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s), success {plan.probability:.2f}; "
+        f"{count(plan)}, about {plan.ticks} ticks ({plan.ticks * TICK:.0f} s), success {plan.probability:.2f}, "
+        f"cost {plan.cost:.0f} ticks{' (none is cheaper)' if plan.optimal else ''}; "
         f"{plan.expansions} states expanded, {plan.rollouts} options simulated"
     ]
     passed, known = 0, start

@@ -93,6 +93,8 @@ class Plan:
         seconds: duration of the search [s].
         cautious: interactions that it uses only as they were shown, beside what their classifiers ask for.
         probability: of success as predicted: that all steps work, and their spread leaves the goal's conditions met.
+        cost: expected time until the goal holds, where what fails is tried again [ticks].
+        optimal: whether no cheaper one is possible with the options that were found; see `OptimalSearch`.
     """
 
     steps: tuple[PlanStep, ...]
@@ -102,6 +104,8 @@ class Plan:
     seconds: float = 0.0
     cautious: tuple[Interaction, ...] = ()
     probability: float = 1.0
+    cost: float = 0.0
+    optimal: bool = False
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import networkx as nx
 import numpy as np
@@ -12,16 +13,22 @@ import numpy as np
 from ichain_drake.control.planning.contradictions import Contradiction, Record
 from ichain_drake.control.planning.goals import gap, impossible, value_of
 from ichain_drake.control.planning.model import span
+from ichain_drake.control.planning.optimal import OptimalSearch
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.repertoire import find_repertoire
-from ichain_drake.control.planning.risk import success_probability
+from ichain_drake.control.planning.risk import plan_cost, success_probability
 from ichain_drake.control.planning.search import Search, SearchSettings
 from ichain_drake.control.planning.search_node import SearchNode
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
-__all__ = ["GraphPlanner", "SearchSettings"]
+__all__ = ["PLANNERS", "GraphPlanner", "SearchSettings"]
+
+PLANNERS = ("fast", "optimal")
+"""Names of the planners that come with the library."""
+
+_SearchT = TypeVar("_SearchT", bound=Search)
 
 
 @dataclass
@@ -79,11 +86,21 @@ class GraphPlanner:
             return refused
         effort = _Effort(Record(self.model, contradictions))
         found = self._in_stages(known, goal, effort)
+        proved = False
+        if self.settings.optimal:
+            found, proved = self._cheapest(known, goal, effort, found)
         if isinstance(found, NoPlan):
             return found
-        likely = success_probability(self.model, goal, found.steps)
-        seconds = time.perf_counter() - began
-        return Plan(found.steps, found.ticks, effort.expansions, effort.rollouts, seconds, probability=likely)
+        return Plan(
+            found.steps,
+            found.ticks,
+            effort.expansions,
+            effort.rollouts,
+            time.perf_counter() - began,
+            probability=success_probability(self.model, goal, found.steps),
+            cost=plan_cost(self.model, goal, found.steps),
+            optimal=proved,
+        )
 
     def _keeping_to(self, shown: tuple[Interaction, ...]) -> GraphPlanner:
         """A planner with the customary conditions of some interactions; what is active now is seen without them."""
@@ -117,15 +134,37 @@ class GraphPlanner:
             return self._search(start, goal, None, effort)
         return node
 
+    def _cheapest(
+        self, start: Mapping[str, FloatArray], goal: Goal, effort: _Effort, found: SearchNode | NoPlan
+    ) -> tuple[SearchNode | NoPlan, bool]:
+        """The cheapest plan, below one that was found, and whether none is cheaper."""
+        search = self._make_search(OptimalSearch, start, goal, None, effort)
+        if isinstance(found, SearchNode):
+            search.below = plan_cost(self.model, goal, found.steps)
+        cheaper = self._run(search, effort)
+        return (cheaper if isinstance(found, NoPlan) or isinstance(cheaper, SearchNode) else found), search.proved
+
     def _search(
         self, start: Mapping[str, FloatArray], goal: Goal, objects: frozenset[str] | None, effort: _Effort
     ) -> SearchNode | NoPlan:
+        return self._run(self._make_search(Search, start, goal, objects, effort), effort)
+
+    def _make_search(
+        self,
+        kind: type[_SearchT],
+        start: Mapping[str, FloatArray],
+        goal: Goal,
+        objects: frozenset[str] | None,
+        effort: _Effort,
+    ) -> _SearchT:
         active, root = self._observed.active(start), self.model.graph.root
         touching = tuple(e for e in self.model.graph.interactions if e.parent == root and bool(active[e]))
         if objects is not None:  # what is held has to be put down first, whatever it is
             objects |= {c.edge.child for c in self.options.carries if c.edge in touching}
         options = self.options.about(self.model.graph.objects if objects is None else objects, goal)
-        search = Search(self.model, self.settings, options, start, goal, objects, touching, effort.record)
+        return kind(self.model, self.settings, options, start, goal, objects, touching, effort.record)
+
+    def _run(self, search: Search, effort: _Effort) -> SearchNode | NoPlan:
         found = search.run()
         effort.expansions += search.expansions
         effort.rollouts += search.rollouts

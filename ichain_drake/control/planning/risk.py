@@ -1,4 +1,8 @@
-"""How likely a plan is to succeed, by what its learned models say of themselves."""
+"""How likely a plan is to succeed, by what its learned models say of themselves, and what it costs.
+
+Risk and time are one cost: the expected time until success, where what fails is noticed at its end and tried again, so
+that an option of probability p takes 1 / p tries in the mean.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,8 @@ from ichain_drake.control.planning.goals import value_of
 from ichain_drake.control.planning.plan import Condition, Goal, PlanStep
 from ichain_drake.learning.model import InteractionModel
 
+_LEAST = 1e-3  # probability: less is known to no model here, and would make costs infinite
+
 
 def success_probability(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
     """Probability that all steps of a plan work and leave the goal's conditions met.
@@ -23,8 +29,22 @@ def success_probability(model: InteractionModel, goal: Goal, steps: Sequence[Pla
         goal: what is wanted.
         steps: of the plan.
     """
-    likely = math.prod(s.probability for s in steps)
-    return float(likely * math.prod(_holds(model, c, steps) for c in goal.conditions))
+    return math.prod(s.probability for s in steps) * goal_probability(model, goal, steps)
+
+
+def goal_probability(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
+    """Probability that the goal's conditions hold after steps that all work; arguments as above."""
+    return float(math.prod(_holds(model, c, steps) for c in goal.conditions))
+
+
+def step_cost(step: PlanStep) -> float:
+    """Expected time of a step until it works [ticks]."""
+    return step.ticks / max(step.probability, _LEAST)
+
+
+def plan_cost(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
+    """Expected time of a plan until the goal holds [ticks]; arguments as for `success_probability`."""
+    return sum(map(step_cost, steps)) / max(goal_probability(model, goal, steps), _LEAST)
 
 
 def _holds(model: InteractionModel, condition: Condition, steps: Sequence[PlanStep]) -> float:

@@ -25,6 +25,7 @@ from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
 from ichain_drake.control.planning.repertoire import Repertoire
+from ichain_drake.control.planning.risk import step_cost
 from ichain_drake.control.planning.search_node import SearchNode, cheaper, mark_of
 from ichain_drake.control.planning.simulate import Outcome, settle, simulate
 from ichain_drake.control.planning.travel import parked_state
@@ -34,7 +35,7 @@ from ichain_drake.state import FloatArray
 
 _NOISES = 3.0  # that a goal is to be met by, where it can be
 _MARGIN = 0.05  # of the demonstrated range, the same
-_SWITCH_TICKS = 20  # to reach an object and take it, or press it, and to let go
+SWITCH_TICKS = 20  # to reach an object and take it, or press it, and to let go
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,16 @@ class SearchSettings:
         steps: of a plan at most.
         novelty: 1 to expand only states with a new value, 2 also those with a new pair of values, 3 all.
         expansions: states that are expanded at most.
+        optimal: whether a plan of least expected time is sought, below the one that is found so; takes long.
+        most: states that are expanded at most for that.
     """
 
     width: int = 48
     steps: int = 24
     novelty: int = 2
     expansions: int = 240
+    optimal: bool = False
+    most: int = 20_000
 
 
 class Search:
@@ -102,35 +107,50 @@ class Search:
         self.nearest.note(first.states, first.unmet, None)
         if not first.unmet and not self._forbidden([first])[0]:
             return first
-        layer, reserve = [first], list[SearchNode]()
         self.closed.add(self._key(first))
         if held is None and self.touching:  # a button under the hand: letting go is a step of its own
-            edge = self.touching[0]
-            states, _ = settle(self.model, stack([self.start]), self.parked)
-            free = {n: v[0] for n, v in states.items()}
-            step = PlanStep((edge,), predicted=free, ticks=_SWITCH_TICKS // 2)
-            layer = [SearchNode(free, (step,), step.ticks, unmet_conditions(self.surer, free, self.model))]
-            if not layer[0].unmet and not self._forbidden(layer)[0]:
-                return layer[0]
+            first = self._let_go(self.touching[0])
+            if not first.unmet and not self._forbidden([first])[0]:
+                return first
+        found = self._from(first)
+        if found is not None:
+            return found
+        failure = self.nearest.failure(self.expansions, exhausted=not self.dropped)
+        return replace(failure, tree=failure_tree(self.nearest))
+
+    def _from(self, first: SearchNode) -> SearchNode | None:
+        """The node of a plan with few steps, layer by layer; None if none is found within the settings."""
+        layer, reserve = [first], list[SearchNode]()
         while layer and self.expansions < self.settings.expansions:
             children = self._expand(layer)
-            forbidden = self._forbidden(children)
-            done = [
-                c
-                for c, bad in zip(children, forbidden, strict=True)
-                if not bad and not unmet_conditions(self.goal.conditions, c.states, self.model)
-            ]
+            done = self._done(children)
             if done:
                 return min(done, key=lambda n: (len(n.unmet), n.ticks, mark_of(n)))
             queue = sorted([*reserve, *children], key=lambda n: (n.rank, len(n.unmet) + len(n.open), n.ticks, n.mark))
             kept = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
             self.dropped |= len(kept) < len(queue)
             layer, reserve = kept[: self.settings.width], kept[self.settings.width :]
-        failure = self.nearest.failure(self.expansions, exhausted=not layer and not self.dropped)
-        return replace(failure, tree=failure_tree(self.nearest))
+        self.dropped |= bool(layer)
+        return None
+
+    def _let_go(self, edge: Interaction) -> SearchNode:
+        """The start once the robot has let go of what it touches without holding it."""
+        states, _ = settle(self.model, stack([self.start]), self.parked)
+        free = {n: v[0] for n, v in states.items()}
+        step = PlanStep((edge,), predicted=free, ticks=SWITCH_TICKS // 2)
+        unmet = unmet_conditions(self.surer, free, self.model)
+        return SearchNode(free, (step,), step.ticks, unmet, cost=step_cost(step))
 
     def _key(self, node: SearchNode) -> tuple[object, ...]:
         return (*self.novelty.key(node.states), node.unmet, node.held)
+
+    def _done(self, nodes: Sequence[SearchNode]) -> list[SearchNode]:
+        """The nodes in which the goal holds."""
+        return [
+            n
+            for n, bad in zip(nodes, self._forbidden(nodes), strict=True)
+            if not bad and not unmet_conditions(self.goal.conditions, n.states, self.model)
+        ]
 
     def _forbidden(self, nodes: Sequence[SearchNode]) -> list[bool]:
         """Whether an interaction is active that must not be, or not active that must be."""
@@ -143,10 +163,8 @@ class Search:
         return [bool(x) for x in np.any([*on, *off], axis=0)]
 
     def _expand(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
-        self.expansions += len(layer)
-        out = self._carried(layer) + self._driven(layer)
         kept: dict[tuple[object, ...], SearchNode] = {}
-        for node in out:
+        for node in self._children(layer):
             key = self._key(node)
             if key in self.closed:
                 continue
@@ -155,6 +173,11 @@ class Search:
         self.closed |= set(kept)
         ordered = sorted((replace(n, mark=mark_of(n)) for n in kept.values()), key=lambda n: (n.ticks, n.mark))
         return [replace(n, rank=self.novelty.rank(n.states, (*n.unmet, -1, *n.open))) for n in ordered]
+
+    def _children(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
+        """Where the options lead from some nodes, all simulated at once."""
+        self.expansions += len(layer)
+        return self._carried(layer) + self._driven(layer)
 
     def _carried(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         moves: list[tuple[SearchNode, CarryOption, FloatArray]] = []
@@ -185,7 +208,7 @@ class Search:
         for k, (node, carry, place) in enumerate(moves):
             states = {n: v[k] for n, v in after.items()}
             wanted = self._pose(carry, place)
-            ticks = _SWITCH_TICKS + self._way(carry, node.states[carry.edge.child][carry.follow], place)
+            ticks = SWITCH_TICKS + self._way(carry, node.states[carry.edge.child][carry.follow], place)
             likely = float(held[k])
             step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks, probability=likely)
             out += self._child(node, step, states)
@@ -213,7 +236,7 @@ class Search:
         until = (target, name, drive.direction, outcome.end)
         if drive.motion is not None:
             return self._moving(node, drive, outcome, until)
-        wanted, before, after, ticks = {}, {}, {}, _SWITCH_TICKS + outcome.ticks
+        wanted, before, after, ticks = {}, {}, {}, SWITCH_TICKS + outcome.ticks
         if drive.carry is not None:
             obj, part = drive.carry.edge.child, drive.carry.follow
             back = node.states[obj][part]
@@ -240,7 +263,7 @@ class Search:
                 chain = (*chain, *(Interaction(a, b) for a, b in zip(more[:-1], more[1:], strict=True)))
                 until = (c.object, c.variable, sign, end)
                 break
-        ticks = _SWITCH_TICKS + outcome.ticks
+        ticks = SWITCH_TICKS + outcome.ticks
         wanted = {until[:2]: until[3]}
         return PlanStep(chain, wanted, until, predicted=outcome.states, ticks=ticks, motion=drive.motion)
 
@@ -252,8 +275,8 @@ class Search:
         if failures:
             step = replace(step, variant=failures, ticks=expected_ticks(step.ticks, failures))
         unmet = unmet_conditions(self.surer, states, self.model)
-        steps, ticks = (*node.steps, step), node.ticks + step.ticks
-        child = SearchNode(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet))
+        steps, ticks, cost = (*node.steps, step), node.ticks + step.ticks, node.cost + step_cost(step)
+        child = SearchNode(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet), cost=cost)
         self.nearest.note(child.states, child.unmet, step.chain[-1])
         return [child]
 

@@ -25,6 +25,7 @@ class SearchNode:
         open: indices of unmet conditions whose landmarks are not met either.
         rank: see `Novelty`.
         mark: breaks ties.
+        cost: expected time of the steps [ticks]; see `risk`.
     """
 
     states: Batch
@@ -35,6 +36,7 @@ class SearchNode:
     open: tuple[int, ...] = ()
     rank: int = 0
     mark: tuple[float, ...] = ()
+    cost: float = 0.0
 
 
 def mark_of(node: SearchNode) -> tuple[float, ...]:

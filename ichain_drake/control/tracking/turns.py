@@ -16,6 +16,7 @@ from ichain_drake.timing import TICK
 
 _SPEED_BAND = 0.3  # transitions within this fraction of a speed count as that speed
 _QUANTILE = 0.98  # the sharpest few are noise
+_CHANCE = 2.0  # standard errors of that quantile, by which it may be sharper than the rows that were shown say
 _WINDOW = 1.0  # length over which a path's turn is measured, in ticks at nominal speed
 _FEWEST = 8
 _STRAIGHT = 1e-6  # turning over the smoothing length that is rounding [rad]
@@ -38,12 +39,17 @@ class ShownTurns:
     curvature: FloatArray
 
     def sharpest(self, speed: float) -> float:
-        """The sharpest turn at a speed, or at those nearest to it where it was hardly shown [1/unit]."""
+        """The sharpest turn at a speed, or at those nearest to it where it was hardly shown [1/unit].
+
+        A high quantile of what was shown, at the upper end of its interval (by the binomial spread of the number of
+        rows beyond a quantile): few rows say little of how sharp the sharpest was.
+        """
         away = np.abs(self.speed - speed)
         near = away < _SPEED_BAND * speed
         if near.sum() < _FEWEST:
             near = away <= np.sort(away)[min(len(away) - 1, max(_FEWEST, int(_SHARE * len(away))))]
-        return float(np.quantile(self.curvature[near], _QUANTILE))
+        spread = math.sqrt(_QUANTILE * (1.0 - _QUANTILE) / near.sum())
+        return float(np.quantile(self.curvature[near], min(1.0, _QUANTILE + _CHANCE * spread)))
 
 
 def shown_turns(chain: LearnedChain) -> ShownTurns | None:

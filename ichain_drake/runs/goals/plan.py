@@ -12,7 +12,9 @@ from ichain_drake.learning import InteractionModel
 from ichain_drake.simulation.wiring import make_planner
 
 
-def make_plan(model: InteractionModel, expressions: Sequence[str], start: States) -> tuple[Goal, Plan | NoPlan]:
+def make_plan(
+    model: InteractionModel, expressions: Sequence[str], start: States, planner: str = "fast"
+) -> tuple[Goal, Plan | NoPlan]:
     """A plan for a goal from measured states; `ichain plan` prints it with `format_plan`.
 
     Raises:
@@ -20,4 +22,4 @@ def make_plan(model: InteractionModel, expressions: Sequence[str], start: States
     """
     with threadpool_limits(limits=1):
         goal = parse_goal(expressions, model, start)
-        return goal, make_planner(model).plan(start, goal)
+        return goal, make_planner(model, planner).plan(start, goal)

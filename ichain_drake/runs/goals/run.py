@@ -22,7 +22,7 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.learning.discovery.labels import Labelled
-from ichain_drake.runs.goals.settings import graph_spec
+from ichain_drake.runs.goals.settings import graph_spec, planner_of
 from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.learn import Known, learn_rest
 from ichain_drake.runs.pieces import read_for, record_pieces
@@ -106,6 +106,7 @@ class GraphRun:
                 "goal": list(self.expressions),
                 "replans": 0 if memory is None else memory.replans,
                 "plan": [] if not isinstance(self.plan, Plan) else describe(self.plan),
+                "cost": self.plan.cost if isinstance(self.plan, Plan) else None,
                 "probability": self.plan.probability if isinstance(self.plan, Plan) else 0.0,
                 "explanation": list(self.plan.tree) if isinstance(self.plan, NoPlan) else [],
                 "failure_cause": self.cause,
@@ -232,7 +233,7 @@ def _execute(
     settings: ExecutorSettings,
     say: Progress,
 ) -> None:
-    planner = make_planner(model)
+    planner = make_planner(model, planner_of(run.scenario.config))
 
     def planned(
         now: States, goal: Goal, cautious: Collection[Interaction], contradictions: Sequence[Contradiction]

@@ -33,6 +33,11 @@ def graph_spec(config: ScenarioConfig) -> InteractionSpec:
     return InteractionSpec(effect_estimators=(_regressor(text),)) if text else InteractionSpec()
 
 
+def planner_of(config: ScenarioConfig) -> str:
+    """Name of the planner that a scenario asks for; one whose configuration says nothing has the fast one."""
+    return str(getattr(config, "planner", "fast"))
+
+
 def _regressor(text: str) -> EstimatorSpec:
     """The estimator, tried out on a few rows: one that can't be used would be passed over in learning, with no word."""
     try:

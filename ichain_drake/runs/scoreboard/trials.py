@@ -115,8 +115,7 @@ class PathTrials:
                 other = oracle_follow(world, case.task, path, number)
         except Exception as error:  # a trial that breaks off is a finding, whatever raised
             return self._row(case, reason_of(error), ERROR)
-        where = f"left the path or stood still after {result.log.times[-1]:.1f} s"
-        row = self._row(case, "" if result.completed else where, "" if result.completed else LEFT)
+        row = self._row(case, result.reason, "" if result.completed else LEFT)
         return row | {
             "success": result.completed,
             "error": result.error if result.completed else None,

@@ -82,3 +82,10 @@ def test_corners_are_rounded_as_far_as_needed_and_the_ends_stay() -> None:
 def test_what_no_smoothing_helps_is_refused() -> None:
     with pytest.raises(InputError, match="however it is smoothed"):
         smooth_path(circle(8.0), chain(), "path dot", "px")
+
+
+def test_few_rows_leave_open_how_sharp_the_sharpest_was() -> None:
+    """The same turns in 40 rows and in 4000: of few, the sharpest may as well be usual."""
+    few, many = (ShownTurns(np.full(n, 45.0), np.linspace(0.0, 1 / 30, n)) for n in (40, 4000))
+    assert few.sharpest(45.0) == 1 / 30
+    assert 0.98 / 30 < many.sharpest(45.0) < 0.99 / 30

@@ -29,9 +29,14 @@ def case(kind, task, fault="none", settings=(), oracle=0):
 
 
 def test_a_trial_is_the_run_of_its_seed():
-    cases = [case(ShortGame, "wave", oracle=1), case(ShortGame, "wave", "noise", ("noise.scale=3",))]
+    loud = ("noise.scale=20",)
+    cases = [
+        case(ShortGame, "wave", oracle=1),
+        case(ShortGame, "wave", "noise", ("noise.scale=3",)),
+        case(ShortGame, "wave", "loud", loud),
+    ]
     (job,) = make_jobs(cases, 5)
-    plain, noisy = run_jobs([job])
+    plain, noisy, lost = run_jobs([job])
     scenario = ShortGame((), "ideal", 5)
     run = PathRun(scenario, choose_paths(scenario))
     run_paths(run)
@@ -44,7 +49,12 @@ def test_a_trial_is_the_run_of_its_seed():
     assert noisy["oracle_error"] is None
     assert plain["unit"] == "px"
     assert plain["wall_seconds"] > plain["learning_seconds"] > 0
-    assert set(plain) == set(noisy)
+    assert set(plain) == set(noisy) == set(lost)
+    again = ShortGame(loud, "ideal", 5)
+    rerun = PathRun(again, choose_paths(again))
+    run_paths(rerun, known=run.model)
+    assert not lost["success"]
+    assert lost["reason"] == rerun.results[1].reason != ""
 
 
 @pytest.mark.parametrize(
