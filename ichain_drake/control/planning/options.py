@@ -181,10 +181,15 @@ def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
 
 
 def _anchor(frames: Frames, chain: tuple[Interaction, ...], carry: CarryOption | None) -> str | None:
-    """What samples of a chain are relative to: what is pressed or turned, or what the carried object acts on."""
+    """What samples of a chain are relative to: what is pressed or turned, or what the carried object acts on.
+
+    What is held but stays at its place, as a knob, is beside nothing that it could be brought to: others come to it.
+    """
     if carry is None:
         return chain[0].child if frames.goes_with(chain[0]) else None
-    return chain[1].child if len(chain) > 1 and frames.is_relative(chain[1]) else None
+    if len(chain) == 1 or not frames.is_relative(chain[1]) or not frames.has_place(chain[0].child, carry.follow):
+        return None
+    return chain[1].child
 
 
 def _drives_of(
