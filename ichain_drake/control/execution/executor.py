@@ -21,14 +21,16 @@ from ichain_drake.control.execution.memory import ExecutorSettings, Memory
 from ichain_drake.control.execution.monitoring import deviation, gone, undriven, unmet
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
-from ichain_drake.control.execution.tasks import LOOK_TICKS, Answer, Failed, Look, Mode, Task, View
+from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Task, View
 from ichain_drake.control.planning.contradictions import Contradiction
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.planning.travel import resting_states
+from ichain_drake.control.settings import EXECUTION
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -36,7 +38,6 @@ Planner = Callable[[States, Goal, Collection[Interaction], Sequence[Contradictio
 """Makes a plan from measured states, with the interactions that keep to their customary conditions, and with what was
 contradicted."""
 
-_READINGS = 12
 _UNFORESEEN = ("activation", "chain", "reach")
 """Causes of failure that a classifier should have foreseen: the interaction did not begin, or the way was blocked."""
 
@@ -76,7 +77,7 @@ class Executor:
         Args:
             command: where the robot is, shape (n_root,).
         """
-        return Memory(np.array(command, dtype=float), tasks=[Look(None, LOOK_TICKS)])
+        return Memory(np.array(command, dtype=float), tasks=[Look(None, LEARNING.look)])
 
     def decide(  # noqa: PLR0911 - one return an outcome
         self, memory: Memory, measured: States, valid: Mapping[str, bool]
@@ -98,7 +99,7 @@ class Executor:
             memory.mode = Mode.BLIND
             return memory.command
         reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
-        memory.readings = [*memory.readings[1 - _READINGS :], reading]
+        memory.readings = [*memory.readings[1 - EXECUTION.readings :], reading]
         self._watch(memory)
         if memory.tick > self.settings.ticks:
             return self._stop(memory, "time", f"not done after {self.settings.ticks} control steps")
@@ -173,12 +174,12 @@ class Executor:
     # From step to step.
 
     def _next(self, memory: Memory) -> None:
-        now = self._view(memory).averaged(LOOK_TICKS)
+        now = self._view(memory).averaged(LEARNING.look)
         if memory.giving_up is not None:
             self._last_look(memory)
             return
         if memory.plan is None:
-            self._plan(memory, self._view(memory).averaged(_READINGS) if memory.looked_again else now)
+            self._plan(memory, self._view(memory).averaged(EXECUTION.readings) if memory.looked_again else now)
             return
         if memory.step >= 0 and self.settings.monitors:
             done = memory.plan.steps[memory.step]
@@ -207,7 +208,7 @@ class Executor:
         if isinstance(found, NoPlan):
             if self.settings.monitors and not memory.looked_again:
                 # One reading less noisy may be all that is missing.
-                memory.looked_again, memory.tasks = True, [Look(None, _READINGS)]
+                memory.looked_again, memory.tasks = True, [Look(None, EXECUTION.readings)]
                 return
             self._give_up(memory, "no plan", found.reason)
             return
@@ -222,7 +223,7 @@ class Executor:
             return
         memory.replans += 1
         memory.plan, memory.step = None, -1
-        memory.tasks = [Look(None, LOOK_TICKS)]
+        memory.tasks = [Look(None, LEARNING.look)]
 
     def _failed(self, memory: Memory, failure: Failed) -> None:
         """Put down what can't be brought where it should go, let go of what is not carried, and plan anew."""
@@ -287,11 +288,11 @@ class Executor:
             if e.parent == self._root and e in self.goal.inactive and (view.holds(e) or e == used)
         ]
         if memory.tasks or not memory.looked_again:
-            memory.tasks.append(Look(None, _READINGS))
+            memory.tasks.append(Look(None, EXECUTION.readings))
 
     def _last_look(self, memory: Memory) -> None:
         assert memory.giving_up is not None
-        if unmet(self.model, self.goal, self._view(memory).averaged(_READINGS)):
+        if unmet(self.model, self.goal, self._view(memory).averaged(EXECUTION.readings)):
             self._stop(memory, *memory.giving_up)
         else:
             memory.mode, memory.reason, memory.tasks = Mode.REACHED, "goal reached", []

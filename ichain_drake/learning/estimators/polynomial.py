@@ -14,8 +14,7 @@ from ichain_drake.learning.estimators.frozen_regressor import SpreadRegressor
 from ichain_drake.learning.frozen.monomials import Monomials, all_exponents
 from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.frozen.scaling import FloatArray, InputScaling
-
-_LEAST_SAMPLES = 5
+from ichain_drake.learning.settings import LEARNING
 
 
 def standardisation(x: FloatArray, clip: float | None) -> InputScaling:
@@ -32,7 +31,7 @@ def check_samples(n: int, n_monomials: int, degree: int, name: str) -> None:
     Raises:
         InputError: states the number of samples, the degree and the number needed.
     """
-    needed = max(_LEAST_SAMPLES, -(-n_monomials // 3))
+    needed = max(LEARNING.short, -(-n_monomials // 3))
     if n < needed:
         raise InputError(
             f"{name}: n_samples = {n} for degree {degree} ({n_monomials} monomials); at least {needed} are needed: "
