@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.agreement import disagreements
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.checks import check_pieces
 from ichain_drake.learning.data import GraphData, collect
 from ichain_drake.learning.discovery.labels import label_pieces
@@ -58,7 +58,7 @@ def learn_interactions(
     """
     # One BLAS thread: the same models in every bit for any number of processors, and faster on arrays this small.
     pieces = list(pieces)
-    with threadpool_limits(limits=1, user_api="blas"), collected_warnings():
+    with one_blas_thread(), collected_warnings():
         known = known or KnownParts()
         if unlabelled:
             check_pieces(pieces, graph, unlabelled=True)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.flags import edge_flags
 from ichain_drake.learning.discovery.log import Log, RawPiece, digest, make_log
@@ -67,7 +67,7 @@ def search(
     turns: dict[str, FloatArray] = {}
     logs: dict[tuple[int, ...], Log] = {}
     out: list[FoundEdge] = []
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         for child in _in_order(pieces, spaces, root, candidates):
             tell(f"what acts on {child}")
             having = _telling(pieces, child, root)

@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import InputError
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.estimators.frozen_regressor import SpreadRegressor
 from ichain_drake.learning.frozen.monomials import Monomials, all_exponents
 from ichain_drake.learning.frozen.polynomial import Polynomial
@@ -97,7 +97,7 @@ class PolynomialRegressor(SpreadRegressor[Polynomial]):
         centred = targets - offset
 
         # One BLAS thread: the same model in every bit on every machine load and for any number of worker processes.
-        with threadpool_limits(limits=1, user_api="blas"):
+        with one_blas_thread():
             u, s, vt = np.linalg.svd(phi, full_matrices=n < m)
         rank = len(s)
         u = u[:, :rank]
