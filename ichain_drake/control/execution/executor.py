@@ -98,12 +98,7 @@ class Executor:
         if not all(valid.values()):
             memory.mode = Mode.BLIND
             return memory.command
-        reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
-        if memory.readings:
-            memory.noise = memory.noise.seen(self.model, memory.readings[-1], reading)
-        if memory.model is None or memory.tick % EXECUTION.readings == 0:
-            memory.model = memory.noise.in_force(self.model)
-        memory.readings = [*memory.readings[1 - EXECUTION.readings :], reading]
+        reading = self._sense(memory, measured)
         self._watch(memory)
         if memory.tick > self.settings.ticks:
             return self._stop(memory, "time", f"not done after {self.settings.ticks} control steps")
@@ -130,6 +125,16 @@ class Executor:
                 memory.command = space.clip(answer)
                 return memory.command
         return self._stop(memory, "loop", "its tasks ended at once over and over again")
+
+    def _sense(self, memory: Memory, measured: States) -> dict[str, FloatArray]:
+        """Keep a reading, and what it tells of the noise of readings."""
+        reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
+        if memory.readings:
+            memory.noise = memory.noise.seen(self.model, memory.readings[-1], reading)
+        if memory.model is None or memory.tick % EXECUTION.readings == 0:
+            memory.model = memory.noise.in_force(self.model)
+        memory.readings = [*memory.readings[1 - EXECUTION.readings :], reading]
+        return reading
 
     def _model(self, memory: Memory) -> InteractionModel:
         """The learned graph with the noise that readings have in this run."""

@@ -1,4 +1,4 @@
-"""How noisy readings are in a run: what was learned of the sensors is how they were when demonstrations were recorded."""
+"""How noisy readings are in a run: what was learned of sensors is how they were as demonstrations were recorded."""
 
 from __future__ import annotations
 
