@@ -1,14 +1,16 @@
-"""What tests of several folders learn from: the water dispenser's pieces on `ideal`; and patience with busy machines.
+"""What tests of several folders learn from: the water dispenser's pieces on `ideal`; patience; which files begin first.
 
 Imported where they are used, so that a test of something small loads neither plants nor estimators.
 """
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
+from sharing import made_once, share_in
 
 if TYPE_CHECKING:
     from ichain_drake.demonstrations import Demonstration
@@ -17,6 +19,46 @@ if TYPE_CHECKING:
 # How long an example takes says more about what else runs on the machine than about the code.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("patient")
+
+# Files that take longest begin first, whatever their names: one that begins last would be waited for by idle workers.
+FIRST = (
+    "test_hostile_files.py",
+    "cli/test_killed.py",
+    "visualization/test_teaching_in_browser.py",
+    "cli/test_scoreboard.py",
+    "test_examples.py",
+    "cli/test_interrupt.py",
+    "cli/test_graph_library_commands.py",
+    "runs/goals/test_evaluate_lamp.py",
+    "systems/test_dispenser_in_other_words.py",
+    "runs/goals/test_run.py",
+    "cli/test_evaluate.py",
+    "test_own_system.py",
+    "runs/paths/test_link_accuracy.py",
+    "runs/goals/test_evaluation.py",
+    "cli/test_bad_inputs.py",
+    "systems/test_contact.py",
+    "cli/test_streams.py",
+)
+_FOLDER = Path(__file__).parent
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    missing = [name for name in FIRST if not (_FOLDER / name).is_file()]
+    if missing:
+        raise pytest.UsageError(f"tests/conftest.py: there is no tests/{missing[0]} to begin with")
+    if hasattr(config.option, "loadscopereorder"):
+        config.option.loadscopereorder = False  # xdist would begin with the files of most tests
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    rank = {_FOLDER / name: k for k, name in enumerate(FIRST)}
+    items.sort(key=lambda item: rank.get(item.path, len(rank)))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _shared_folder(tmp_path_factory: pytest.TempPathFactory) -> None:
+    share_in(tmp_path_factory)
 
 
 @pytest.fixture(scope="session")
@@ -31,7 +73,7 @@ def quick_spec() -> InteractionSpec:
 def dispenser_pieces() -> list[Demonstration]:
     from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
-    return list(WaterDispenser((), "ideal").record_demonstrations())
+    return made_once("dispenser_pieces", lambda: list(WaterDispenser((), "ideal").record_demonstrations()))
 
 
 @pytest.fixture(scope="session")
@@ -39,4 +81,5 @@ def dispenser_model(dispenser_pieces: list[Demonstration], quick_spec: Interacti
     from ichain_drake.runs.learn import learn
     from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
-    return learn(WaterDispenser((), "ideal").graph, dispenser_pieces, spec=quick_spec)
+    graph = WaterDispenser((), "ideal").graph
+    return made_once("dispenser_model", lambda: learn(graph, dispenser_pieces, spec=quick_spec))

@@ -52,12 +52,13 @@ def list_scenarios() -> None:
 
 
 @app.command()
-@options("scenario")
-def settings(scenario: str) -> None:
+@click.argument("scenario", required=False)
+@click.option("--constants", is_flag=True, help="those of learning and control instead, which --set does not change")
+def settings(scenario: str | None, constants: bool) -> None:
     """List what --set can change in a scenario: key, default, unit, allowed range and meaning."""
     from ichain_drake.cli.settings import print_settings
 
-    print_settings(scenario)
+    print_settings(scenario, constants=constants)
 
 
 @app.command()

@@ -1,24 +1,20 @@
 """The learned graph: learned objects wired like the world, for prediction, planning and gradients."""
 
-from ichain_drake.learned_graph.adapter import SingleGroupAdapter, SingleGroupAdapter_
+from ichain_drake.learned_graph.adapter import SingleGroupAdapter_
 from ichain_drake.learned_graph.autodiff import evaluate
-from ichain_drake.learned_graph.component import LearnedComponent, LearnedComponent_
+from ichain_drake.learned_graph.component import LearnedComponent_
 from ichain_drake.learned_graph.graph import LearnedGraph, build_learned_graph
-from ichain_drake.learned_graph.object import LearnedObject, LearnedObject_
+from ichain_drake.learned_graph.object import LearnedObject_
 from ichain_drake.learned_graph.reference import ActiveCycleError, LearnedGraphReference, combine, sweep_order
-from ichain_drake.learned_graph.root import GivenRoot, GivenRoot_
+from ichain_drake.learned_graph.root import GivenRoot_
 
 __all__ = [
     "ActiveCycleError",
-    "GivenRoot",
     "GivenRoot_",
-    "LearnedComponent",
     "LearnedComponent_",
     "LearnedGraph",
-    "LearnedObject",
     "LearnedObject_",
     "LearnedGraphReference",
-    "SingleGroupAdapter",
     "SingleGroupAdapter_",
     "build_learned_graph",
     "combine",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ from pydrake.systems.scalar_conversion import TemplateSystem
 from ichain_drake.errors import InputError
 
 
-@TemplateSystem.define("SingleGroupAdapter_", T_list=[float, AutoDiffXd])
+@TemplateSystem.define("SingleGroupAdapter_", T_list=[float, AutoDiffXd], scope=sys.modules[__name__])
 def SingleGroupAdapter_(T: type) -> type:  # noqa: N802 - the template is the class
     """All discrete state groups of a system flattened into one, for scalar type T."""
 
@@ -77,9 +78,6 @@ def SingleGroupAdapter_(T: type) -> type:  # noqa: N802 - the template is the cl
             discrete.set_value(self._state, np.concatenate([after.get_vector(g).CopyToVector() for g in self._groups]))
 
     return Impl
-
-
-SingleGroupAdapter = SingleGroupAdapter_[None]
 
 
 def _period(system: System, context: Context) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from ichain_drake.learned_graph.autodiff import values_of
 from ichain_drake.learned_graph.members import Members
 
 
-@TemplateSystem.define("LearnedComponent_", T_list=[float, AutoDiffXd])
+@TemplateSystem.define("LearnedComponent_", T_list=[float, AutoDiffXd], scope=sys.modules[__name__])
 def LearnedComponent_(T: type) -> type:  # noqa: N802 - the template is the class
     """Next states of the objects of one strongly connected component, for scalar type T."""
 
@@ -73,6 +74,3 @@ def LearnedComponent_(T: type) -> type:  # noqa: N802 - the template is the clas
             swept.get_mutable_value().SetFromVector(np.concatenate([*states.values(), *on.values()]))
 
     return Impl
-
-
-LearnedComponent = LearnedComponent_[None]

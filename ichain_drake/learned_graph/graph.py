@@ -10,11 +10,11 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSyst
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learned_graph.adapter import SingleGroupAdapter
-from ichain_drake.learned_graph.component import LearnedComponent
+from ichain_drake.learned_graph.adapter import SingleGroupAdapter_
+from ichain_drake.learned_graph.component import LearnedComponent_
 from ichain_drake.learned_graph.members import LinkedMembers, Members, ModelMembers
-from ichain_drake.learned_graph.object import LearnedObject
-from ichain_drake.learned_graph.root import GivenRoot
+from ichain_drake.learned_graph.object import LearnedObject_
+from ichain_drake.learned_graph.root import GivenRoot_
 from ichain_drake.learned_graph.transition import ObjectTransition, require_same_space
 from ichain_drake.learning import InteractionModel
 from ichain_drake.learning.chain.models import ForwardModel
@@ -62,10 +62,10 @@ class LearnedGraph(Diagram):
         flags = {} if isinstance(model, InteractionGraph) or model.chain is not None else model.active(starts)
         for name in graph.objects:
             if name == graph.root:
-                system = GivenRoot(name, starts[name])
+                system = GivenRoot_[float](name, starts[name])
             else:
                 active = np.array([float(flags.get(e, True)) for e in graph.incoming(name)])
-                system = LearnedObject(name, members[name], starts[name], active)
+                system = LearnedObject_[float](name, members[name], starts[name], active)
             self._systems[name] = builder.AddNamedSystem(name, system)
         for edge in graph.interactions:
             parent, child = self.system(edge.parent), self.system(edge.child)
@@ -82,7 +82,7 @@ class LearnedGraph(Diagram):
         self.set_name("learned_graph")
 
     def _add_component(self, builder: DiagramBuilder, members: Members) -> None:
-        component = LearnedComponent(members)
+        component = LearnedComponent_[float](members)
         builder.AddNamedSystem(component.get_name(), component)
         for name in members.spaces:
             system = self.system(name)
@@ -170,7 +170,7 @@ class LearnedGraph(Diagram):
             next(groups)  # the state
             if name != self.graph.root:
                 held.append(next(groups))
-        return SingleGroupAdapter(self, own, tuple(held))
+        return SingleGroupAdapter_[float](self, own, tuple(held))
 
 
 build_learned_graph = LearnedGraph  # as it was called before it took models of every kind

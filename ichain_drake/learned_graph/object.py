@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
 
 
-@TemplateSystem.define("LearnedObject_", T_list=[float, AutoDiffXd])
+@TemplateSystem.define("LearnedObject_", T_list=[float, AutoDiffXd], scope=sys.modules[__name__])
 def LearnedObject_(T: type) -> type:  # noqa: N802 - the template is the class
     """An object of the learned graph, for scalar type T."""
 
@@ -108,6 +109,3 @@ def LearnedObject_(T: type) -> type:  # noqa: N802 - the template is the class
             discrete.set_value(self._active, flags)
 
     return Impl
-
-
-LearnedObject = LearnedObject_[None]

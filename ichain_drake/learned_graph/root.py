@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
 
 
-@TemplateSystem.define("GivenRoot_", T_list=[float, AutoDiffXd])
+@TemplateSystem.define("GivenRoot_", T_list=[float, AutoDiffXd], scope=sys.modules[__name__])
 def GivenRoot_(T: type) -> type:  # noqa: N802 - the template is the class
     """The robot in a learned graph, for scalar type T."""
 
@@ -50,6 +51,3 @@ def GivenRoot_(T: type) -> type:  # noqa: N802 - the template is the class
             discrete.set_value(self._state, value)
 
     return Impl
-
-
-GivenRoot = GivenRoot_[None]

@@ -9,14 +9,10 @@ from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.passive import PassiveDynamics
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.scores import f1
 from ichain_drake.learning.tick import LearnedInteraction, effects_of
 from ichain_drake.state import FloatArray
-
-_ENOUGH = 12  # rows: fewer prove nothing
-_STATUS = 0.8  # F1 of a status that is the same
-_UNEXPLAINED = 0.5  # of a motion, root mean square
-_NOISES = 3.0  # what errors and motions are compared with
 
 
 def disagreements(data: GraphData, known: KnownParts) -> dict[Interaction, str]:
@@ -51,12 +47,12 @@ def _drifts(data: GraphData, obj: str, passive: PassiveDynamics, noise: FloatArr
         now.append(piece.states[obj][rows])
         then.append(piece.states[obj][rows + 1])
     before, after = np.vstack(now), np.vstack(then)
-    if len(before) < _ENOUGH:
+    if len(before) < 2 * LEARNING.rows:
         return ""
     off = _rms(passive.space.difference(after, passive.settle(before, passive(before))))
     usual = np.maximum([v.std for v in passive.variables], np.sqrt(2.0) * noise)
     for i, variable in enumerate(passive.variables):
-        if variable.kind != "change" and off[i] > _NOISES * usual[i]:
+        if variable.kind != "change" and off[i] > LEARNING.clear * usual[i]:
             name = passive.space.names[i]
             return f"left alone, {obj}.{name} changes by {off[i]:.3g} a tick more than is known of it"
     return ""
@@ -64,11 +60,11 @@ def _drifts(data: GraphData, obj: str, passive: PassiveDynamics, noise: FloatArr
 
 def _differs(data: GraphData, edge: Interaction, learned: LearnedInteraction, known: KnownParts) -> str:
     truth = data.flag(edge)
-    if truth.sum() < _ENOUGH:
+    if truth.sum() < 2 * LEARNING.rows:
         return ""
     around = (edge.child, *data.graph.parents(edge.child))
     score = f1(truth, learned.status.decide({n: data.stacked(n) for n in around}) >= 0.0)
-    if score < _STATUS:
+    if score < LEARNING.told:
         return f"its status is told with F1 {score:.2f} in the {int(truth.sum())} rows in which it is active here"
     return _other_effect(data, edge, learned, known)
 
@@ -95,13 +91,13 @@ def _other_effect(data: GraphData, edge: Interaction, learned: LearnedInteractio
         # Within its bounds: what is empty gives no more, whatever acts on it.
         rest.append(space.difference(then, passive.settle(state, without)))
         left.append(space.difference(then, passive.settle(state, ahead)))
-    if sum(map(len, rest)) < _ENOUGH:
+    if sum(map(len, rest)) < 2 * LEARNING.rows:
         return ""
     moved, off = _rms(np.vstack(rest)), _rms(np.vstack(left))
     for effect in learned.effects:
         i = effect.variable
         usual = max(effect.regression.std, np.sqrt(2.0) * float(about.noise[i]))
-        if off[i] > _NOISES * usual and off[i] > _UNEXPLAINED * moved[i]:
+        if off[i] > LEARNING.clear * usual and off[i] > LEARNING.unexplained * moved[i]:
             return f"what it does to {child}.{space.names[i]} is off by {off[i]:.3g} of {moved[i]:.3g} a tick here"
     return ""
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ichain_drake.learning.settings import LEARNING
+
 IntArray = NDArray[np.intp]
 
-_GROUPS = 8
-_SHORT = 5  # rows
-_FEW = 3  # pieces: of two left out in turn, either would have to tell about the other
 
-
-def piece_blocks(piece: IntArray, row: IntArray, groups: int = _GROUPS) -> IntArray:
+def piece_blocks(piece: IntArray, row: IntArray, groups: int = LEARNING.groups) -> IntArray:
     """Groups of samples that are left out together: pieces where there are many, else blocks of each.
 
     Args:
@@ -26,7 +24,7 @@ def piece_blocks(piece: IntArray, row: IntArray, groups: int = _GROUPS) -> IntAr
     names, start, sizes = np.unique(piece, return_index=True, return_counts=True)
     out = np.zeros(len(piece), dtype=np.intp)
     pieces = len(names)
-    if pieces >= _FEW:
+    if pieces >= LEARNING.few:
         # Whole pieces, dealt so that the groups are of like size.
         groups = min(groups, pieces)
         loads = np.zeros(groups)
@@ -38,7 +36,7 @@ def piece_blocks(piece: IntArray, row: IntArray, groups: int = _GROUPS) -> IntAr
     per_piece = -(-groups // pieces)
     count = 0
     for k in range(pieces):
-        n = int(np.clip(sizes[k] // _SHORT, 1, per_piece))
+        n = int(np.clip(sizes[k] // LEARNING.short, 1, per_piece))
         out[start[k] : start[k] + sizes[k]] = count + (np.arange(sizes[k]) * n) // sizes[k]
         count += n
     return out

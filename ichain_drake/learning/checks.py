@@ -11,14 +11,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ichain_drake.demonstrations import Demonstration, prepare, read_folder
+from ichain_drake.demonstrations.checks import TIME_TOLERANCE
 from ichain_drake.demonstrations.columns import TIME
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
 
-_PERIOD_TOLERANCE = 0.05
-_ON = 0.5
 _DIGITS = 9  # states that agree to so many decimals are the same state
 
 
@@ -49,7 +48,7 @@ def read_pieces(
     if unlabelled:
         return pieces
     shown = [e for e in graph.interactions if e not in known]
-    flags = {e: [p.table[e.name].to_numpy(dtype=float) > _ON for p in pieces] for e in shown}
+    flags = {e: [p.table[e.name].to_numpy(dtype=float) > 0.5 for p in pieces] for e in shown}
     check_flags([p.name for p in pieces], flags)
     return pieces
 
@@ -100,7 +99,7 @@ def _check_periods(pieces: Sequence[Demonstration], graph: InteractionGraph) -> 
     timed = [(p, period) for p in pieces if np.isfinite(period := _period(p))]
     for piece, period in timed[1:]:
         first, usual = timed[0]
-        if abs(period - usual) <= _PERIOD_TOLERANCE * abs(usual):
+        if abs(period - usual) <= TIME_TOLERANCE * abs(usual):
             continue
         # The one that is further from what is needed is to blame, whichever comes first.
         (odd, its), (other, theirs) = (piece, period), (first, usual)

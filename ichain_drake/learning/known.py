@@ -12,7 +12,8 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedLink
 from ichain_drake.learning.chain.command import LearnedCommand
 from ichain_drake.learning.passive import PassiveDynamics
-from ichain_drake.learning.status.events import MOST_EXAMPLES, EdgeExamples, Switching, Windows
+from ichain_drake.learning.settings import LEARNING
+from ichain_drake.learning.status.events import EdgeExamples, Switching, Windows
 from ichain_drake.learning.tick import LearnedInteraction
 from ichain_drake.state import FloatArray
 
@@ -148,9 +149,9 @@ def _filled_events(events: Switching, typical: Mapping[str, FloatArray]) -> Swit
 def _joined(known: Mapping[str, FloatArray], shown: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     rows = {n: np.vstack([shown[n], known[n]]) for n in shown}
     count = len(next(iter(rows.values())))
-    if count <= MOST_EXAMPLES:
+    if count <= LEARNING.examples:
         return rows
-    drawn = np.linspace(0, count - 1, MOST_EXAMPLES).round().astype(int)
+    drawn = np.linspace(0, count - 1, LEARNING.examples).round().astype(int)
     return {n: values[drawn] for n, values in rows.items()}
 
 

@@ -7,23 +7,24 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.agreement import disagreements
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.checks import check_pieces
 from ichain_drake.learning.data import GraphData, collect
 from ichain_drake.learning.discovery.labels import label_pieces
 from ichain_drake.learning.effects.alignment import learn_alignment
-from ichain_drake.learning.effects.effects import MOVING, learn_effects
+from ichain_drake.learning.effects.effects import learn_effects
 from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.findings import findings_in
 from ichain_drake.learning.known import KnownObject, KnownParts, joined_examples, typical_row
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.noise import measurement_std
 from ichain_drake.learning.passive import PassiveDynamics, learn_passive
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.spec import InteractionSpec
 from ichain_drake.learning.status.customary import learn_customary
 from ichain_drake.learning.status.events import collect_examples, collect_windows
@@ -57,7 +58,7 @@ def learn_interactions(
     """
     # One BLAS thread: the same models in every bit for any number of processors, and faster on arrays this small.
     pieces = list(pieces)
-    with threadpool_limits(limits=1, user_api="blas"), collected_warnings():
+    with one_blas_thread(), collected_warnings():
         known = known or KnownParts()
         if unlabelled:
             check_pieces(pieces, graph, unlabelled=True)
@@ -185,7 +186,7 @@ def _active_step(data: GraphData, edge: Interaction, noise: FloatArray) -> Float
     changes = np.abs(np.vstack(steps))
     if not len(changes):
         return np.zeros(len(space))
-    moves = np.sqrt(np.mean(changes**2, axis=0)) >= MOVING * np.sqrt(2.0) * noise
+    moves = np.sqrt(np.mean(changes**2, axis=0)) >= LEARNING.moving * np.sqrt(2.0) * noise
     return np.where(moves, changes.max(axis=0), 0.0)
 
 

@@ -12,12 +12,11 @@ from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.fitted import Regression
 from ichain_drake.learning.effects.regression import choose_regression, instrumented
 from ichain_drake.learning.selection import by_part, clearly
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.spec import InteractionSpec
 from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 
 PassiveKind = Literal["hold", "constant", "learned", "change"]
-
-_LEAST_ROWS = 5
 
 
 @dataclass(frozen=True)
@@ -81,9 +80,6 @@ class PassiveDynamics:
         return after
 
 
-_AWAY = 5.0  # noises from rest at least: what never left its place but by the noise of readings stays where it is
-
-
 def learn_passive(data: GraphData, obj: str, spec: InteractionSpec, noise: Mapping[str, FloatArray]) -> PassiveDynamics:
     """Passive dynamics of an object, from the ticks in which no interaction acts on it."""
     space = data.spaces[obj]
@@ -109,7 +105,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
         piece.append(np.full(len(quiet), k))
         row.append(quiet)
     start, end = np.vstack(before), np.vstack(after)
-    if len(start) < _LEAST_ROWS:
+    if len(start) < LEARNING.short:
         return PassiveVariable("hold", std=float(noise[i]), samples=len(start))
     change = space.difference(end, start)[:, i]
     middle = float(np.median(end[:, i]))
@@ -120,7 +116,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
         [p.states[obj][np.any([p.flags[e] for e in data.incoming(obj)], axis=0)] for p in data.pieces]
     )
     away = float(np.sqrt(np.mean((acting[:, i] - middle) ** 2))) if len(acting) else 0.0
-    away = max(away, _AWAY * float(noise[i]))
+    away = max(away, LEARNING.away * float(noise[i]))
     # Two readings' noise is in a change, one's in a distance from rest.
     gain = change**2 / (4.0 * noise[i] ** 2) - (end[:, i] - middle) ** 2 / (2.0 * noise[i] ** 2)
     if clearly(by_part(np.where(np.abs(start[:, i] - middle) >= away, gain, 0.0), np.concatenate(quiet_piece))):

@@ -7,11 +7,8 @@ from typing import Any, Protocol
 
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.passive import PassiveDynamics
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.tick import LearnedInteraction
-
-_LEAST_EVENTS = 3
-_LEAST_PIECES = 3
-_GOOD_STATUS, _GOOD_EVENTS = 0.9, 0.5
 
 
 class Reported(Protocol):
@@ -113,9 +110,9 @@ def _warnings(model: Reported, edge: Interaction, learned: LearnedInteraction) -
         ("activated", examples.activations, f"a piece in which {edge.parent} starts to act on {edge.child}"),
         ("deactivated", examples.deactivations, f"a piece in which {edge.parent} stops to act on {edge.child}"),
     ):
-        if len(events) < _LEAST_EVENTS:
+        if len(events) < LEARNING.few:
             out.append(f"{edge.name}: {what} only {len(events)} times in all pieces; add {remedy}")
-    if status.score < _GOOD_STATUS or status.event_score < _GOOD_EVENTS:
+    if status.score < LEARNING.well or status.event_score < LEARNING.events:
         out.append(
             f"{edge.name}: when it is active is not predicted well on pieces that were left out (F1 "
             f"{status.score:.2f}; {status.event_score:.2f} for the moments at which it switches); add pieces in which "
@@ -128,9 +125,9 @@ def _warnings(model: Reported, edge: Interaction, learned: LearnedInteraction) -
         )
     names = model.graph.objects[edge.child].observable.names
     for effect in learned.effects:
-        if effect.regression.pieces < _LEAST_PIECES:
+        if effect.regression.pieces < LEARNING.few:
             out.append(
                 f"{edge.name}: its effect on {edge.child}.{names[effect.variable]} shows in "
-                f"{effect.regression.pieces} piece(s); add one from another start so that there are {_LEAST_PIECES}"
+                f"{effect.regression.pieces} piece(s); add one from another start so that there are {LEARNING.few}"
             )
     return out

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.parsing import PackageMap, Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.visualization import ModelVisualizer
 
 from ichain_drake.errors import InputError
+
+if TYPE_CHECKING:
+    from pydrake.visualization import ModelVisualizer
 
 PACKAGE_NAME = "ichain_drake_models"
 
@@ -41,6 +43,8 @@ def model_visualizer(**keywords: Any) -> ModelVisualizer:
     Args:
         keywords: of `ModelVisualizer`, such as `visualize_frames=True`.
     """
+    from pydrake.visualization import ModelVisualizer  # noqa: PLC0415 - brings Matplotlib with it
+
     visualizer = ModelVisualizer(**keywords)
     visualizer.package_map().AddMap(package_map())
     return visualizer

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from ichain_drake import rules
+from ichain_drake.control.settings import constants
+from ichain_drake.scenarios.config import as_plain
 
 
 def versions() -> dict[str, str]:
@@ -30,9 +32,12 @@ def versions() -> dict[str, str]:
 
 
 def given_of(scenario: Any) -> dict[str, Any]:
-    """What a scenario declares instead of learning, and which rules were switched off, if any, as `without`."""
+    """What a scenario declares instead of learning, the constants of learning and control, and rules switched off.
+
+    The latter are `constants`, by part, and `without`, if any.
+    """
     off = rules.switched_off()
-    return {**scenario.given(), **({"without": sorted(off)} if off else {})}
+    return {**scenario.given(), "constants": as_plain(constants()), **({"without": sorted(off)} if off else {})}
 
 
 def code_hash(kinds: Collection[type] = ()) -> str:

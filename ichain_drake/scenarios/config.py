@@ -2,7 +2,9 @@
 
 import difflib
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field, fields, is_dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -212,13 +214,20 @@ def load_config(schema: type[ConfigT], file: Path | None, overrides: str | Seque
         text = "" if file is None else read_whole(file, "the scenario").decode()
     except UnicodeDecodeError as error:
         raise InputError(f"{file}: can't read the scenario: {one_line(error)}") from None
-    data = read_yaml(text, str(file)) or {}
+    given = (overrides,) if isinstance(overrides, str) else tuple(overrides)
+    found: ConfigT = deepcopy(_loaded(schema, text, str(file or schema.__name__), given))  # type: ignore[arg-type]
+    return found
+
+
+@lru_cache(maxsize=64)  # an evaluation makes its scenarios again and again; the file's text is part of the key
+def _loaded(schema: type[ConfigT], text: str, where: str, overrides: tuple[str, ...]) -> ConfigT:
+    data = read_yaml(text, where) or {}
     if not isinstance(data, dict):
-        raise InputError(f"{file}: a scenario is a mapping of sections")
-    config = _typed(schema, data, str(file or schema.__name__))
-    for text in [overrides] if isinstance(overrides, str) else overrides:
-        default = _override(data, text, schema)
-        config = _typed(schema, data, f"--set {text}", default)
+        raise InputError(f"{where}: a scenario is a mapping of sections")
+    config = _typed(schema, data, where)
+    for setting_text in overrides:
+        default = _override(data, setting_text, schema)
+        config = _typed(schema, data, f"--set {setting_text}", default)
     return config
 
 

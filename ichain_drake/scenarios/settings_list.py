@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
+from ichain_drake.control.settings import constants
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.scenarios.config import load_config
 from ichain_drake.settings import Declared, declared_of
@@ -43,6 +44,11 @@ def list_settings(kind: type[Scenario]) -> list[SettingLine]:
     """
     config = load_config(kind.config_class, kind.config_path())
     return list(_lines(type(config), config, "", getattr(kind, "unit", "unit")))
+
+
+def list_constants() -> list[SettingLine]:
+    """The constants of learning and control, the same for every system: `part.name` each, as reports have them."""
+    return [line for part, held in constants().items() for line in _lines(type(held), held, f"{part}.", "unit")]
 
 
 def _lines(kind: type[Any], config: Any, where: str, unit: str) -> Iterator[SettingLine]:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from ichain_drake.errors import InputError
 from ichain_drake.files import write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _COLUMNS = 3
 
@@ -48,7 +49,7 @@ def plot_paths(
         )
     columns = min(len(commanded), _COLUMNS)
     rows = -(-len(commanded) // columns)
-    figure = Figure(figsize=(4.4 * columns, 3.8 * rows + 0.4), layout="constrained")
+    figure = new_figure(4.4 * columns, 3.8 * rows + 0.4)
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for axis in axes[len(commanded) :]:
         axis.remove()
@@ -99,7 +100,7 @@ def plot_learning_curve(
             raise InputError(f"{file}: the table has no column {name!r}; it has {', '.join(map(str, table.columns))}")
     if table.empty:
         raise InputError(f"{file}: the table has no rows; nothing to draw")
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    figure = new_figure(6.4, 4.2)
     axis = figure.subplots()
     groups: list[tuple[Any, pd.DataFrame]] = [("", table)]
     if series in table.columns:
@@ -140,7 +141,7 @@ def plot_success_curve(
             raise InputError(f"{file}: the table has no column {name!r}; it has {', '.join(map(str, table.columns))}")
     if table.empty:
         raise InputError(f"{file}: the table has no rows; nothing to draw")
-    figure = Figure(figsize=(6.4, 5.6), layout="constrained")
+    figure = new_figure(6.4, 5.6)
     above, below = figure.subplots(2, 1, sharex=True)
     runs = table.groupby(x)[success].agg(["mean", "sum", "count"])
     above.plot(runs.index, runs["mean"], "o-", color="0.15")
@@ -167,6 +168,13 @@ def _path(points: ArrayLike, where: str) -> np.ndarray:
     return value
 
 
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of a size [inch]."""
+    from matplotlib.figure import Figure  # noqa: PLC0415 - a command without pictures begins without it
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
 def write_figure(figure: Figure, file: Path) -> None:
     """Write a figure as a `.png`, whole or not at all.
 
@@ -175,6 +183,8 @@ def write_figure(figure: Figure, file: Path) -> None:
     """
     if file.suffix != ".png":
         raise InputError(f"{file}: a picture ends in .png")
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - as above
+
     stream = io.BytesIO()
     FigureCanvasAgg(figure).print_png(stream)
     write_whole(file, stream.getvalue())

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
 from ichain_drake.errors import InputError
-from ichain_drake.visualization.plots import write_figure
+from ichain_drake.visualization.plots import new_figure, write_figure
 from ichain_drake.visualization.recording import Strip
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Style = Literal["solid", "grey", "rising", "dots", "falling"]
 
@@ -70,12 +70,14 @@ def plot_timeline(
         if np.shape(strip.values) != when.shape:
             raise InputError(f"{file}: strip {label!r} has shape {np.shape(strip.values)}, its times {when.shape}")
     heights = [0.55 * len(lanes) + 0.3, *(0.8 for _ in strips)]
-    figure = Figure(figsize=(11.0, sum(heights) + 0.9), layout="constrained")
+    figure = new_figure(11.0, sum(heights) + 0.9)
     axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     _draw_lanes(axes[0], lanes)
     for axis, (label, strip) in zip(axes[1:], strips.items(), strict=True):
         _draw_strip(axis, label, strip, when)
     axes[-1].set(xlabel="time [s]", xlim=(0.0, max(duration, 1e-9)))
+    from matplotlib.patches import Patch  # noqa: PLC0415 - as in `plots`
+
     looks = {lane.label: lane.style for row in lanes.values() for lane in row}
     handles = [Patch(label=label, **_LOOKS[style]) for label, style in looks.items()]
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), frameon=False)

@@ -34,7 +34,7 @@ def test_a_request_to_end_keeps_as_much(tmp_path: Path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("after", [0.0, 0.3, 0.8, 1.5])
+@pytest.mark.parametrize("after", [0.0, 0.3, 0.8])
 def test_at_moments_of_the_imports(number: signal.Signals, after: float):
     """From the first line of this package on; what Python does before that is Python's."""
     process = subprocess.Popen(

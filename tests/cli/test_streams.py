@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 START = [sys.executable, "-m", "ichain_drake"]
 
@@ -14,7 +15,7 @@ def run(command: str, *arguments: str, **more: str) -> subprocess.CompletedProce
     """A shell command in which $@ is `ichain` with its arguments."""
     return subprocess.run(
         ["bash", "-c", command, "bash", *START, *arguments],
-        capture_output=True, check=False, env=os.environ | {"COLUMNS": "100"} | more, timeout=120,
+        capture_output=True, check=False, env=os.environ | {"COLUMNS": "100"} | more, timeout=PATIENCE,
     )  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 
 from functools import cache
 
+from sharing import made_once
+
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.systems.kettle.scenario import KettleScenario
 
@@ -13,4 +15,4 @@ def kettle() -> KettleScenario:
 
 @cache
 def kettle_pieces() -> list[Demonstration]:
-    return list(kettle().record_demonstrations())
+    return made_once("kettle_pieces", lambda: list(kettle().record_demonstrations()))

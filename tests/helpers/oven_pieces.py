@@ -2,6 +2,8 @@
 
 from functools import cache
 
+from sharing import made_once
+
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.systems.microwave.scenario import Microwave
 
@@ -13,4 +15,4 @@ def oven() -> Microwave:
 
 @cache
 def oven_pieces() -> tuple[Demonstration, ...]:
-    return tuple(oven().record_demonstrations())
+    return made_once("oven_pieces", lambda: tuple(oven().record_demonstrations()))

@@ -14,7 +14,7 @@ from small_models import CART, chain, cycle
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
-from ichain_drake.learned_graph import LearnedGraph, LearnedObject_, SingleGroupAdapter, build_learned_graph
+from ichain_drake.learned_graph import LearnedGraph, LearnedObject_, SingleGroupAdapter_, build_learned_graph
 from ichain_drake.learned_graph.members import LinkedMembers
 from ichain_drake.learned_graph.transition import ObjectTransition
 from ichain_drake.state import FloatArray
@@ -163,13 +163,13 @@ def test_direct_transcription_reaches_a_goal() -> None:
 
 def test_single_group_refuses_what_it_can_not_flatten() -> None:
     with pytest.raises(InputError, match="continuous or abstract state"):
-        SingleGroupAdapter(Integrator(1))
+        SingleGroupAdapter_[float](Integrator(1))
     builder = DiagramBuilder()
     for period in (0.1, 0.2):
         hold = builder.AddSystem(ZeroOrderHold(period, 1))
         builder.ExportInput(hold.get_input_port())
     with pytest.raises(InputError, match="several clocks or none"):
-        SingleGroupAdapter(builder.Build())
+        SingleGroupAdapter_[float](builder.Build())
 
     class Abstract(LeafSystem):
         def __init__(self) -> None:
@@ -179,7 +179,7 @@ def test_single_group_refuses_what_it_can_not_flatten() -> None:
             self.DeclarePeriodicDiscreteUpdateEvent(0.1, 0.0, lambda context, discrete: None)
 
     with pytest.raises(InputError, match="input pose is no vector"):
-        SingleGroupAdapter(Abstract())
+        SingleGroupAdapter_[float](Abstract())
 
 
 def test_single_group_takes_other_systems_too() -> None:
@@ -187,7 +187,7 @@ def test_single_group_takes_other_systems_too() -> None:
     first, second = builder.AddSystem(ZeroOrderHold(0.1, 1)), builder.AddSystem(ZeroOrderHold(0.1, 1))
     builder.Connect(first.get_output_port(), second.get_input_port())
     builder.ExportInput(first.get_input_port(), "u")
-    adapter = SingleGroupAdapter(builder.Build())
+    adapter = SingleGroupAdapter_[float](builder.Build())
     context = adapter.CreateDefaultContext()
     adapter.GetInputPort("u").FixValue(context, [3.0])
     for expected in ([3.0, 0.0], [3.0, 3.0]):

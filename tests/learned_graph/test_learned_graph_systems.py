@@ -1,5 +1,8 @@
 """Structure of the learned graph: ports, wiring, clock, cycles, and what is refused."""
 
+import importlib.util
+import inspect
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -201,3 +204,14 @@ def test_next_state_follows_every_change_of_the_context(make) -> None:
     look()
     assert len(set(seen)) == 4
     assert seen[-1] == (0.3, 0.4)  # kept
+
+
+@pytest.mark.parametrize("name", ["adapter", "component", "object", "root"])
+def test_importing_a_template_searches_no_call_stack(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For a template without a scope, or made at import, pydrake looks for each frame's file in every module."""
+    file = importlib.import_module(f"ichain_drake.learned_graph.{name}").__file__
+    spec = importlib.util.spec_from_file_location("copy_of_a_template", file)
+    copy = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, spec.name, copy)
+    monkeypatch.setattr(inspect, "stack", lambda *_: pytest.fail("the call stack is searched"))
+    spec.loader.exec_module(copy)

@@ -18,7 +18,7 @@ from ichain_drake.learning import (
     f1,
     learn_interactions,
 )
-from ichain_drake.learning.status.events import MOST_EXAMPLES
+from ichain_drake.learning.settings import LEARNING
 
 GRAPH = small_world.GRAPH
 EDGES = GRAPH.interactions
@@ -71,7 +71,7 @@ def test_one_is_learned_from_the_pieces_that_show_it_and_the_others_stay(model: 
             assert found.edges[other].status is model.edges[other].status
             np.testing.assert_array_equal(found.decide(other, rows), model.decide(other, rows))
     ends = [found.edges[other].examples for other in EDGES if other != edge]
-    assert all(set(e.active) == set(GRAPH.objects) and len(e.active["hand"]) <= MOST_EXAMPLES for e in ends)
+    assert all(set(e.active) == set(GRAPH.objects) and len(e.active["hand"]) <= LEARNING.examples for e in ends)
 
 
 def test_where_all_is_known_no_piece_is_needed(model: InteractionModel):

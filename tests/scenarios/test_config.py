@@ -51,6 +51,20 @@ def test_later_settings_win_and_do_not_leak_into_the_next_load(tmp_path: Path) -
     assert load(tmp_path, "").noise.scale == 1.0
 
 
+def test_nobody_gets_what_another_has_changed_and_an_edited_file_is_read_anew(tmp_path: Path) -> None:
+    file = tmp_path / "scenario.yaml"
+    file.write_text("noise: {scale: 2}")
+    first = load_config(ScenarioConfig, file)
+    first.noise.scale = 7.0
+    first.robot.hand.exposed.append("nix")
+    again = load_config(ScenarioConfig, file)
+    assert again.noise.scale == 2.0
+    assert again == load_config(ScenarioConfig, file, ())
+    assert "nix" not in again.robot.hand.exposed
+    file.write_text("noise: {scale: 3}")
+    assert load_config(ScenarioConfig, file).noise.scale == 3.0
+
+
 @pytest.mark.parametrize("key", ["noise.scale=2", "fault.kind=slip", "camera.yaw_deg=20", "learning.estimator=mlp",
                                  "learning.samples=50", "control.method=inverse"])  # fmt: skip
 def test_keys_that_every_scenario_has(tmp_path: Path, key: str) -> None:

@@ -216,7 +216,7 @@ class Browser:
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory):
+def _browser(tmp_path_factory):
     pytest.importorskip("selenium", reason="selenium is missing: pip install ichain_drake[dev]")
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     chromedriver = shutil.which("chromedriver")
@@ -225,3 +225,10 @@ def browser(tmp_path_factory):
     instance = Browser(tmp_path_factory.mktemp("profile"), chromium, chromedriver)
     yield instance
     instance.driver.quit()
+
+
+@pytest.fixture(scope="module")
+def browser(_browser):
+    """One for all files; leaves no page open, which would be drawn as long as tests run, without a graphics card."""
+    yield _browser
+    _browser.driver.get("about:blank")

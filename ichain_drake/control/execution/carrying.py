@@ -13,10 +13,9 @@ from ichain_drake.control.execution.following import goes_along
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.slope import led
+from ichain_drake.control.settings import EXECUTION
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_PATIENCE = 3  # ticks
-_CORRECTED = 5  # ticks after which a carried object is looked at anew
 
 
 @dataclass(eq=False)
@@ -82,7 +81,7 @@ class CarryTask(Task):
         """A tick of the way, which is solved for as far as it is straight; what is seen corrects it now and then."""
         assert self.edge is not None
         root, child = self.edge.parent, self.edge.child
-        if self.ahead is None or self.looked or self.ticks % _CORRECTED == 0:
+        if self.ahead is None or self.looked or self.ticks % EXECUTION.corrected == 0:
             wanted, slack = np.full((2, len(now[child])), np.nan)
             wanted[index], slack[index] = error, tolerance
             self.ahead, self.whole = led(view.model, self.edge, {**now, root: view.command}, wanted, slack)
@@ -100,9 +99,9 @@ class CarryTask(Task):
         self.lost = 0 if view.is_active(self.edge) else self.lost + 1
         along = goes_along(view.model, self.edge, view.readings, self.ticks - 1)
         self.stays = self.stays + 1 if along is False else 0
-        if self.lost > _PATIENCE and not view.holds(self.edge):
+        if self.lost > LEARNING.ticks and not view.holds(self.edge):
             return f"became inactive while {self.edge.child} was carried"
-        if self.stays > _PATIENCE:
+        if self.stays > LEARNING.ticks:
             return f"was taken for active, but {self.edge.child} did not go along"
         return ""
 

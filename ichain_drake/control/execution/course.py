@@ -9,9 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from ichain_drake.control.planning.travel import jumping, step_towards
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.state import FloatArray, StateSpace
-
-_SAME = 0.5  # of a tick's largest change: a goal that moves less is the same
 
 
 class Motion(Protocol):
@@ -86,4 +85,4 @@ class Course:
         assert self.goal is not None
         jumps = jumping(space)
         way = np.abs(space.difference(goal, self.goal))
-        return bool((way[jumps] > 0).any() or (way[~jumps] > _SAME * np.maximum(limit[~jumps], 1e-9)).any())
+        return bool((way[jumps] > 0).any() or (way[~jumps] > PLANNING.push * np.maximum(limit[~jumps], 1e-9)).any())

@@ -12,13 +12,11 @@ from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Tas
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.settings import EXECUTION
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
-
-_SPREAD_ROWS = 10
-_ALIKE = 0.03  # of the demonstrated range
-_FAST = 3.0  # noises in a tick
 
 
 @dataclass(eq=False)
@@ -148,7 +146,7 @@ class DriveTask(Task):
         length = float(np.linalg.norm(way))
         samples = model.edges[step.chain[1]].examples.active
         on = np.all([model.decide(e, samples) >= 0.0 for e in step.chain], axis=0)
-        if length < _ALIKE or not on.any():
+        if length < EXECUTION.ahead or not on.any():
             return False
         frames, onto = Frames(model), step.chain[1].child
         states = samples[edge.child][on]
@@ -159,7 +157,7 @@ class DriveTask(Task):
         ahead = away @ (way / length)
         aside = np.linalg.norm(away - ahead[:, None] * (way / length), axis=1)
         best = int(np.argmax(ahead - 0.5 * aside))
-        if ahead[best] < _ALIKE:
+        if ahead[best] < EXECUTION.ahead:
             return False
         target = dict(zip(index, (float(x) for x in poses[best]), strict=True))
         self.carrying, self.pushed = CarryTask(edge, target=target), True
@@ -222,7 +220,7 @@ class DriveTask(Task):
         # What flows fast goes on while it is stopped: a tick ahead, where the change is more than noise.
         space, last = view.model.graph.objects[target].observable, view.readings[-1][target]
         rate = space.difference(last, view.readings[-2][target]) if len(view.readings) > 1 else np.zeros(len(space))
-        fast = np.abs(rate) > _FAST * view.model.noise[target]
+        fast = np.abs(rate) > LEARNING.clear * view.model.noise[target]
         ahead = np.where(fast, last + rate, view.averaged(2)[target])
         self.finished = not self._missing(view.model, self.begun, ahead)
         return self.finished
@@ -232,7 +230,7 @@ class DriveTask(Task):
         if not enabled("stalled"):
             return False
         assert self.step is not None
-        if len(values) >= _SPREAD_ROWS:  # a noisier sensor than in the demonstrations needs longer windows
+        if len(values) >= EXECUTION.spread_rows:  # a noisier sensor than in the demonstrations needs longer windows
             noise = max(noise, float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6.0)))
         rate = max(change / max(self.step.ticks, 1), 1e-9)
         w = int(np.clip(np.ceil((6.0 * noise / rate) ** (2.0 / 3.0)), 6, 40))

@@ -21,14 +21,16 @@ from ichain_drake.control.execution.memory import ExecutorSettings, Memory
 from ichain_drake.control.execution.monitoring import deviation, gone, undriven, unmet
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
-from ichain_drake.control.execution.tasks import LOOK_TICKS, Answer, Failed, Look, Mode, Task, View
+from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Task, View
 from ichain_drake.control.planning.contradictions import Contradiction
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.planning.travel import resting_states
+from ichain_drake.control.settings import EXECUTION
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
@@ -36,7 +38,6 @@ Planner = Callable[[States, Goal, Collection[Interaction], Sequence[Contradictio
 """Makes a plan from measured states, with the interactions that keep to their customary conditions, and with what was
 contradicted."""
 
-_READINGS = 12
 _UNFORESEEN = ("activation", "chain", "reach")
 """Causes of failure that a classifier should have foreseen: the interaction did not begin, or the way was blocked."""
 
@@ -76,7 +77,7 @@ class Executor:
         Args:
             command: where the robot is, shape (n_root,).
         """
-        return Memory(np.array(command, dtype=float), tasks=[Look(None, LOOK_TICKS)])
+        return Memory(np.array(command, dtype=float), tasks=[Look(None, LEARNING.look)])
 
     def decide(  # noqa: PLR0911 - one return an outcome
         self, memory: Memory, measured: States, valid: Mapping[str, bool]
@@ -97,8 +98,7 @@ class Executor:
         if not all(valid.values()):
             memory.mode = Mode.BLIND
             return memory.command
-        reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
-        memory.readings = [*memory.readings[1 - _READINGS :], reading]
+        reading = self._sense(memory, measured)
         self._watch(memory)
         if memory.tick > self.settings.ticks:
             return self._stop(memory, "time", f"not done after {self.settings.ticks} control steps")
@@ -126,21 +126,35 @@ class Executor:
                 return memory.command
         return self._stop(memory, "loop", "its tasks ended at once over and over again")
 
+    def _sense(self, memory: Memory, measured: States) -> dict[str, FloatArray]:
+        """Keep a reading, and what it tells of the noise of readings."""
+        reading = {n: np.array(v, dtype=float) for n, v in measured.items()}
+        if memory.readings:
+            memory.noise = memory.noise.seen(self.model, memory.readings[-1], reading)
+        if memory.model is None or memory.tick % EXECUTION.readings == 0:
+            memory.model = memory.noise.in_force(self.model)
+        memory.readings = [*memory.readings[1 - EXECUTION.readings :], reading]
+        return reading
+
+    def _model(self, memory: Memory) -> InteractionModel:
+        """The learned graph with the noise that readings have in this run."""
+        return memory.model or self.model
+
     def _watch(self, memory: Memory) -> None:
         """See whether what the robot holds goes along with it."""
         carried = memory.carried
         if carried.held is not None and self.settings.monitors:
             edge = Interaction(self._root, carried.held)
-            seen = (self.model, edge, memory.readings, carried.ticks + 1)
+            seen = (self._model(memory), edge, memory.readings, carried.ticks + 1)
             memory.carried = carried.watched(False if strays(*seen) else goes_along(*seen))
 
     def _view(self, memory: Memory) -> View:
         view = View(
-            self.model, self.skills, self._vias, memory.readings, memory.command, self.settings.monitors,
+            self._model(memory), self.skills, self._vias, memory.readings, memory.command, self.settings.monitors,
             self.settings.attempts, self.motion, memory.carried.left, memory.carried.following,
         )  # fmt: skip
         if view.left:
-            view.left = memory.carried.standing(self.model, view.averaged())
+            view.left = memory.carried.standing(view.model, view.averaged())
         return view
 
     def _act(self, memory: Memory, task: Task) -> Answer:
@@ -173,16 +187,16 @@ class Executor:
     # From step to step.
 
     def _next(self, memory: Memory) -> None:
-        now = self._view(memory).averaged(LOOK_TICKS)
+        now = self._view(memory).averaged(LEARNING.look)
         if memory.giving_up is not None:
             self._last_look(memory)
             return
         if memory.plan is None:
-            self._plan(memory, self._view(memory).averaged(_READINGS) if memory.looked_again else now)
+            self._plan(memory, self._view(memory).averaged(EXECUTION.readings) if memory.looked_again else now)
             return
         if memory.step >= 0 and self.settings.monitors:
             done = memory.plan.steps[memory.step]
-            off = deviation(self.model, done, now)
+            off = deviation(self._model(memory), done, now)
             if off:
                 self._contradicted(memory)
                 if undriven(self.model, done, memory.began, now):
@@ -194,7 +208,7 @@ class Executor:
             step, memory.began = memory.plan.steps[memory.step], now
             memory.tasks = step_tasks(self.model, step, now, memory.carried)
             return
-        missing = unmet(self.model, self.goal, now)
+        missing = unmet(self._model(memory), self.goal, now)
         if not missing or not self.settings.monitors:
             memory.mode = Mode.REACHED
             memory.reason = "goal reached" if not missing else "the plan was carried out; not watched whether it worked"
@@ -207,7 +221,7 @@ class Executor:
         if isinstance(found, NoPlan):
             if self.settings.monitors and not memory.looked_again:
                 # One reading less noisy may be all that is missing.
-                memory.looked_again, memory.tasks = True, [Look(None, _READINGS)]
+                memory.looked_again, memory.tasks = True, [Look(None, EXECUTION.readings)]
                 return
             self._give_up(memory, "no plan", found.reason)
             return
@@ -222,7 +236,7 @@ class Executor:
             return
         memory.replans += 1
         memory.plan, memory.step = None, -1
-        memory.tasks = [Look(None, LOOK_TICKS)]
+        memory.tasks = [Look(None, LEARNING.look)]
 
     def _failed(self, memory: Memory, failure: Failed) -> None:
         """Put down what can't be brought where it should go, let go of what is not carried, and plan anew."""
@@ -233,7 +247,7 @@ class Executor:
         view = self._view(memory)
         unforeseen, origin = failure.cause in _UNFORESEEN, memory.carried.origin
         if failure.cause == "lost":
-            unforeseen = memory.carried.stayed(self.model, view.averaged())
+            unforeseen = memory.carried.stayed(view.model, view.averaged())
             memory.carried = memory.carried.slipped()
         self._contradicted(memory)
         self._replan(memory, failure.cause, failure.text)
@@ -287,11 +301,11 @@ class Executor:
             if e.parent == self._root and e in self.goal.inactive and (view.holds(e) or e == used)
         ]
         if memory.tasks or not memory.looked_again:
-            memory.tasks.append(Look(None, _READINGS))
+            memory.tasks.append(Look(None, EXECUTION.readings))
 
     def _last_look(self, memory: Memory) -> None:
         assert memory.giving_up is not None
-        if unmet(self.model, self.goal, self._view(memory).averaged(_READINGS)):
+        if unmet(self._model(memory), self.goal, self._view(memory).averaged(EXECUTION.readings)):
             self._stop(memory, *memory.giving_up)
         else:
             memory.mode, memory.reason, memory.tasks = Mode.REACHED, "goal reached", []

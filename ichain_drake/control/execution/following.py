@@ -12,18 +12,19 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ichain_drake.control.planning.model import is_change, keeps
+from ichain_drake.control.settings import EXECUTION
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray, StateSpace
 
-_LEAST, _MOST = 2, 6  # ticks looked at: fewer where the parent moves fast
-_CLEAR = 8.0  # noises of a displacement
-_WITH, _WITHOUT = 0.5, 0.75  # share of the expected displacement that is missing
-
 
 def goes_along(
-    model: InteractionModel, edge: Interaction, readings: Sequence[Mapping[str, FloatArray]], ticks: int = _MOST
+    model: InteractionModel,
+    edge: Interaction,
+    readings: Sequence[Mapping[str, FloatArray]],
+    ticks: int = 2 * LEARNING.ticks,
 ) -> bool | None:
     """Whether a child moved as its parent makes it move while their interaction is active.
 
@@ -42,21 +43,24 @@ def goes_along(
     if not enabled("goes_along"):
         return None
     expected, missing = _displacements(model, edge, readings, ticks)
-    clear = np.flatnonzero(expected[_LEAST - 1 :] >= _CLEAR)
+    clear = np.flatnonzero(expected[EXECUTION.shortest - 1 :] >= LEARNING.plain)
     if not len(clear):
         return None
-    n = _LEAST - 1 + int(clear[0])
-    if missing[n] <= _WITH * expected[n]:
+    n = EXECUTION.shortest - 1 + int(clear[0])
+    if missing[n] <= LEARNING.unexplained * expected[n]:
         return True
-    return False if missing[n] >= _WITHOUT * expected[n] else None
+    return False if missing[n] >= (1.0 - LEARNING.slight) * expected[n] else None
 
 
 def strays(
-    model: InteractionModel, edge: Interaction, readings: Sequence[Mapping[str, FloatArray]], ticks: int = _MOST
+    model: InteractionModel,
+    edge: Interaction,
+    readings: Sequence[Mapping[str, FloatArray]],
+    ticks: int = 2 * LEARNING.ticks,
 ) -> bool:
     """Whether a child moved although its parent hardly did: it fell, or was knocked. Arguments as in `goes_along`."""
     expected, missing = _displacements(model, edge, readings, ticks)
-    return bool(len(expected) and expected.max() < _CLEAR <= missing[-1])
+    return bool(len(expected) and expected.max() < LEARNING.plain <= missing[-1])
 
 
 def _displacements(
@@ -65,9 +69,9 @@ def _displacements(
     """How far the child should have moved in the last 1, 2, ... ticks, and how far it is from there, both in noises."""
     space = model.graph.objects[edge.child].observable
     index = sorted({f.variable for f in model.edges[edge].effects} & pose_of(space))
-    last = list(readings)[-(min(ticks, _MOST) + 2) :]
-    count = min(ticks, _MOST, len(last) - 1)
-    if not index or count < _LEAST:
+    last = list(readings)[-(min(ticks, 2 * LEARNING.ticks) + 2) :]
+    count = min(ticks, 2 * LEARNING.ticks, len(last) - 1)
+    if not index or count < EXECUTION.shortest:
         return np.zeros(0), np.zeros(0)
     parent, child = (np.array([r[n] for r in last]) for n in (edge.parent, edge.child))
     effect = model.effect(edge, {edge.parent: parent[:-1], edge.child: child[:-1]}, parent[1:])

@@ -10,11 +10,12 @@ from ichain_drake.control.execution.driving import Approach, DriveTask
 from ichain_drake.control.execution.following import pose_of
 from ichain_drake.control.execution.moving import Moving
 from ichain_drake.control.execution.switching import Switch
-from ichain_drake.control.execution.tasks import LOOK_TICKS, Look, Task
+from ichain_drake.control.execution.tasks import Look, Task
 from ichain_drake.control.planning.plan import PlanStep, States
 from ichain_drake.control.planning.slope import independent
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 
 
@@ -35,11 +36,11 @@ def step_tasks(model: InteractionModel, step: PlanStep, now: States, holds: Carr
         if e.child == holds.following or float(model.decide(e, now)) >= 0:
             out += [*(_put_back(model, e, holds) if holds.in_the_air(model, e, now) else []), Switch(e, activate=False)]
     if not step.wanted and not step.before and not step.after and step.until is None:
-        return [*out, Switch(edge, activate=False), Look(None, LOOK_TICKS)]
+        return [*out, Switch(edge, activate=False), Look(None, LEARNING.look)]
     if step.motion is not None:
         out += [Switch(edge, activate=True, motion=step.motion, first=step.variant), Moving(edge, step=step)]
         # Whatever the classifier says in the end: nothing else tells whether what is geared only while held is free.
-        return [*out, Switch(edge, activate=False, forced=True, motion=step.motion), Look(None, LOOK_TICKS)]
+        return [*out, Switch(edge, activate=False, forced=True, motion=step.motion), Look(None, LEARNING.look)]
     carried = indices(model, step.wanted, edge, but=step.until)
     goes_along = bool(step.before or step.after or step.until is None)
     before = indices(model, step.before, edge)
@@ -61,7 +62,7 @@ def step_tasks(model: InteractionModel, step: PlanStep, now: States, holds: Carr
         out += carry_tasks(model, edge, after, place_first=False)
     if step.release:
         out.append(Switch(edge, activate=False))
-    return [*out, Look(None, LOOK_TICKS)]
+    return [*out, Look(None, LEARNING.look)]
 
 
 def _put_back(model: InteractionModel, edge: Interaction, holds: Carried) -> list[Task]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ichain_drake.control.execution.carried import Carried
+from ichain_drake.control.execution.sensing import SensorNoise
 from ichain_drake.control.execution.tasks import Mode, Task
 from ichain_drake.control.planning.contradictions import Contradiction
 from ichain_drake.control.planning.plan import Plan, States
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 
@@ -51,6 +53,8 @@ class Memory:
         cautious: interactions that failed where their classifier saw no reason; new plans keep to what was shown.
         began: measured states in which the running step began.
         contradictions: steps that did not do what was predicted.
+        noise: what readings tell of their noise.
+        model: the learned graph with that noise; None before the first reading.
         giving_up: cause and reason for which it will stop, unless a last look finds that the goal holds.
     """
 
@@ -71,6 +75,8 @@ class Memory:
     cautious: tuple[Interaction, ...] = ()
     began: States = field(default_factory=dict)
     contradictions: tuple[Contradiction, ...] = ()
+    noise: SensorNoise = field(default_factory=SensorNoise)
+    model: InteractionModel | None = None
     giving_up: tuple[str, str] | None = None
 
     @property

@@ -6,14 +6,10 @@ import numpy as np
 
 from ichain_drake.control.planning.goals import gap, inside, value_of, words
 from ichain_drake.control.planning.plan import Goal, PlanStep, States
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
-
-_SURE = 1.0  # noises of a reading: two standard deviations of a mean of four
-_GONE, _NARROW = 5.0, 0.05  # demonstrated ranges away, each at least so wide [m]
-_PLACE, _VALUE = 0.05, 0.12  # of the demonstrated range: larger deviations from the prediction are noticed
-
-_HARDLY = 0.2  # of the predicted change
 
 
 def gone(model: InteractionModel, reading: States) -> str:
@@ -27,7 +23,8 @@ def gone(model: InteractionModel, reading: States) -> str:
         low, high = model.low[name], model.high[name]
         for i, v in enumerate(model.graph.objects[name].observable.variables):
             away = max(low[i] - reading[name][i], reading[name][i] - high[i])
-            if v.role is not None and v.role.kind == "position" and away > _GONE * max(high[i] - low[i], _NARROW):
+            most = EXECUTION.gone * max(high[i] - low[i], EXECUTION.narrow)
+            if v.role is not None and v.role.kind == "position" and away > most:
                 return f"{name} is gone: its {v.name} is {reading[name][i]:.4g} {v.unit}; start again"
     return ""
 
@@ -44,7 +41,7 @@ def unmet(model: InteractionModel, goal: Goal, states: States) -> str:
         value = float(value_of(c, states, model.graph))
         if gap(c, value) > 0:
             return f"{words(c, model.graph)} does not hold: it is {value:.4g}"
-        if gap(inside(c, model, _SURE), value) > 0:
+        if gap(inside(c, model, LEARNING.faint), value) > 0:
             return f"{words(c, model.graph)} holds by less than readings can tell: it is {value:.4g}"
     for e in goal.inactive:
         if float(model.decide(e, states)) >= 0:
@@ -77,7 +74,7 @@ def deviation(model: InteractionModel, step: PlanStep, now: States) -> str:
             if dynamics.variables[i].kind != "hold" or v.kind in ("binary", "integer"):
                 continue
             pose = v.role is not None and v.role.kind in ("position", "orientation")
-            allowed = max((_PLACE if pose else _VALUE) * width[i], 4.0 * model.noise[name][i])
+            allowed = max((LEARNING.near if pose else EXECUTION.value) * width[i], 4.0 * model.noise[name][i])
             if off[i] > allowed:
                 return (
                     f"{name}.{v.name} is {now[name][i]:.3g} where {step.predicted[name][i]:.3g} was predicted "
@@ -100,4 +97,4 @@ def undriven(model: InteractionModel, step: PlanStep, began: States, now: States
     target, name, direction, value = step.until
     i = model.graph.objects[target].observable.index(name)
     change = direction * (now[target][i] - began[target][i])
-    return bool(change < _HARDLY * direction * (value - began[target][i]))
+    return bool(change < PLANNING.hardly * direction * (value - began[target][i]))

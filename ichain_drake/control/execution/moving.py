@@ -8,16 +8,12 @@ import numpy as np
 
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
-from ichain_drake.control.planning.motion import RETAKE_TICKS
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.control.tracking.offset import OffsetEstimate
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_SLACK_NOISES, _SLACK = 1.2, 0.005  # how near is there: noises of a reading, and a share of the demonstrated range
-_LOOKS = 3  # readings whose mean says that it is there
-_PATIENCE = 2 * RETAKE_TICKS  # ticks without getting on: a stroke back, or play that has to be taken up, is shorter
-_LOST, _OF = 4, 5  # readings of the last that say inactive, for a grasp to be lost
 
 
 @dataclass(eq=False)
@@ -57,19 +53,20 @@ class Moving(Task):
         space = view.model.graph.objects[target].observable
         i, self.ticks = space.index(name), self.ticks + 1
         noise = float(view.model.noise[target][i])
-        slack = max(_SLACK_NOISES * noise, _SLACK * float(view.model.high[target][i] - view.model.low[target][i]))
+        width = float(view.model.high[target][i] - view.model.low[target][i])
+        slack = max(EXECUTION.slack_noises * noise, EXECUTION.slack * width)
         self.inactive.append(not view.holds(edge))
-        if view.monitors and sum(self.inactive[-_OF:]) >= _LOST:
+        if view.monitors and sum(self.inactive[-(LEARNING.look + 1) :]) >= LEARNING.look:
             return Failed(edge, "lost", f"{edge.name} became inactive while it drove {target}.{name}")
-        now = view.averaged(_LOOKS if self.looks else 1)
+        now = view.averaged(LEARNING.ticks if self.looks else 1)
         rest = direction * (value - float(now[target][i]))
         if rest <= slack:
             self.looks, self.foreseen = self.looks + 1, None
-            return DONE if self.looks > _LOOKS else view.command.copy()
+            return DONE if self.looks > LEARNING.ticks else view.command.copy()
         self.looks = 0
         if rest < self.best - slack:
             self.best, self.since = rest, self.ticks
-        if self.ticks > 2 * step.ticks + 40 or self.ticks - self.since > _PATIENCE:
+        if self.ticks > 2 * step.ticks + 40 or self.ticks - self.since > 2 * PLANNING.retake:
             return self._short(view, f"{target}.{name} is at {now[target][i]:.3g}, not yet at {value:.3g}")
         return self._move(view, now, rest)
 

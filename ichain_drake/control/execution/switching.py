@@ -14,9 +14,8 @@ from ichain_drake.control.planning.holding import taken_as
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.travel import corners, jumping
 from ichain_drake.errors import UnreachableError
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_TRIED = 4  # ticks of going on with the plan, to see whether something goes along
 
 
 @dataclass(eq=False)
@@ -106,7 +105,7 @@ class Switch(Task):
         self.followed = along is True
         if self.followed:
             return DONE
-        if along is None and self.tried < _TRIED:
+        if along is None and self.tried < LEARNING.look:
             self.tried += 1
             try:
                 answer = self.trial.act(view)

@@ -19,8 +19,6 @@ from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
 
 DONE = "done"
-LOOK_TICKS = 4
-"""Ticks of averaging before planning and after a step."""
 
 
 class Mode(IntEnum):

@@ -15,15 +15,13 @@ import numpy as np
 from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.model import Batch, BoolArray, is_change, span, take
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
-SAMPLES = 24
-"""Demonstrated states in which a status is asked for."""
 _VALUES = 41  # over the demonstrated range, so that a border is found to a fortieth of it
-_MOST = 0.5  # of the samples that are active where an interaction is possible
-_NOISES, _MARGIN = 3.0, 0.05  # how far inside a drive stops: noises of a reading, and a share of the demonstrated range
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,7 @@ def find_borders(model: InteractionModel, carries: Sequence[CarryOption]) -> tup
     return tuple(found)
 
 
-def active_samples(model: InteractionModel, edge: Interaction, most: int = SAMPLES) -> Batch:
+def active_samples(model: InteractionModel, edge: Interaction, most: int = PLANNING.states) -> Batch:
     """Demonstrated states in which an interaction was active, by its classifier too; shape (n, n_variables) each."""
     samples = dict(model.edges[edge].examples.active)
     rows = np.flatnonzero(model.decide(edge, samples) >= 0.0)
@@ -82,9 +80,9 @@ def _values(model: InteractionModel, edge: Interaction, samples: Batch, obj: str
     count = len(samples[obj])
     batch[obj][:, variable] = np.repeat(grid, count)
     share = (model.decide(edge, batch).reshape(_VALUES, count) >= 0.0).mean(axis=1)
-    margin = max(_NOISES * float(model.noise[obj][variable]), _MARGIN * float(span(model, obj)[variable]))
+    margin = max(LEARNING.clear * float(model.noise[obj][variable]), LEARNING.near * float(span(model, obj)[variable]))
     out = []
-    for first, last in _runs(share > _MOST):
+    for first, last in _runs(share > PLANNING.likely):
         low, high = grid[first], grid[last]
         inner = min(margin, 0.5 * float(high - low))
         out += [float(low) + inner] if first > 0 else []

@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import Batch, keeps, span, take
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
-
-_AT_REST = 0.25  # share of its response to motion that a followed variable may change by at rest, or one way only
-_RESPONSE = 0.5  # of the robot's largest step
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +84,12 @@ def _followers(model: InteractionModel, edge: Interaction) -> IntArray:
     moved, one_way = np.zeros_like(still), np.zeros_like(still)
     for i, limit in enumerate(model.step_limit[edge.parent]):
         push = np.zeros(root.shape[1])
-        push[i] = _RESPONSE * limit
+        push[i] = PLANNING.push * limit
         there, back = (model.effect(edge, pair, root + sign * push) for sign in (1.0, -1.0))
         largest = [np.sqrt(np.mean(e**2, axis=0)) for e in (there, back)]
         moved = np.maximum(moved, np.max(largest, axis=0))
         one_way = np.maximum(one_way, 0.5 * np.sqrt(np.mean((there + back - 2.0 * held) ** 2, axis=0)))
     floor = np.maximum(model.noise[edge.child], 1e-9 * span(model, edge.child))
     # What is spilled where it is tilted does not come back: it doesn't follow.
-    follows = (still < _AT_REST * moved) & (one_way < _AT_REST * moved)
+    follows = (still < LEARNING.slight * moved) & (one_way < LEARNING.slight * moved)
     return np.flatnonzero(keeps(model, edge.child) & (moved > floor) & follows)

@@ -16,13 +16,10 @@ import numpy as np
 from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.plan import PlanStep, States
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
-
-MOST_VARIANTS = 3
-"""Failures of an option in a region after which it is not tried again: each was another way of doing it."""
-_REGION = 0.05  # of the demonstrated range, in each variable: as far as a carried object's place is watched
-_NOISES = 5.0  # at least
+from ichain_drake.learning.settings import LEARNING
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +81,7 @@ class Record:
         return True
 
     def _width(self, name: str) -> np.ndarray:
-        return np.maximum(_REGION * span(self._model, name), _NOISES * self._model.noise[name])
+        return np.maximum(LEARNING.near * span(self._model, name), PLANNING.noises * self._model.noise[name])
 
     def _index(self, obj: str, variable: str) -> int:
         return self._model.graph.objects[obj].observable.index(variable)

@@ -10,17 +10,11 @@ from ichain_drake.control.planning.model import Batch, BoolArray, conserved, kee
 from ichain_drake.control.planning.motion import IntArray
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
-
-_RECHECK = 6  # steps after which interactions are classified anew
-_MOST_STEPS = 400
-_LEAP = 0.02  # of the demonstrated range: slow drives take several ticks in one step of at most this change
-_MOST_LEAP = 12  # ticks
-_STILL = 0.08  # of the drive's rate: slower than this it has stopped changing
-_WINDOW = 8  # ticks
 
 
 class Run:
@@ -32,7 +26,7 @@ class Run:
         parked: state of the robot in which it acts on nothing, shape (n_root,).
     """
 
-    window = _WINDOW
+    window = PLANNING.window
 
     def __init__(self, model: InteractionModel, rows: Sequence[tuple[States, DriveOption]], parked: FloatArray) -> None:
         self.model, self.rows, self.parked = model, rows, parked
@@ -73,7 +67,7 @@ class Run:
         status: dict[Interaction, BoolArray] = {}
         values = [self.value(self.now)]
         begin = int(self.ramp.max()) + max(len(d.chain) for d in self.drives)
-        for step in range(_MOST_STEPS):
+        for step in range(PLANNING.steps):
             hot = np.flatnonzero(going)
             root = self.robot(step)
             classify = step < begin or self.rechecks(step)
@@ -114,7 +108,7 @@ class Run:
 
     def rechecks(self, step: int) -> bool:
         """Whether interactions are classified anew in a step."""
-        return step % _RECHECK == 0
+        return step % PLANNING.probe == 0
 
     def pauses(self) -> IntArray | int:
         """Ticks that the robot needed in the last step beside the step's own, shape (n,)."""
@@ -134,12 +128,12 @@ class Run:
 
     def leap(self, before: Batch, after: Batch) -> IntArray:
         """How many ticks each row may take at once: while changes are small and no bound is near."""
-        most = np.full(len(before[self.root]), float(_MOST_LEAP))
+        most = np.full(len(before[self.root]), float(2 * PLANNING.probe))
         for n in self.model.passive:
             part = np.flatnonzero(~self.fixed[n])
             delta = (after[n] - before[n])[:, part]
             size = np.maximum(np.abs(delta), 1e-12)
-            most = np.minimum(most, (_LEAP * span(self.model, n)[part] / size).min(axis=1, initial=np.inf))
+            most = np.minimum(most, (PLANNING.same * span(self.model, n)[part] / size).min(axis=1, initial=np.inf))
             space = self.model.graph.objects[n].observable
             room = np.where(delta > 0, space.upper[part] - before[n][:, part], before[n][:, part] - space.lower[part])
             moving = size > 1e-9
@@ -168,7 +162,7 @@ class Run:
             passed = ticks[r] - self.ticks_at[back][r]
             if passed >= self.window:
                 change = d.direction * (values[-1][r] - values[back][r])
-                out[r] = change > _STILL * self.rate[r] * passed
+                out[r] = change > PLANNING.least * self.rate[r] * passed
         return out
 
     def undo(self, ends: Batch, rows: Sequence[int]) -> Batch:

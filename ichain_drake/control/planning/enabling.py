@@ -17,11 +17,10 @@ from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import Batch
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
-
-_MOST = 0.5  # of the samples that the object's present place must switch off
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +49,7 @@ class Enabling:
             then = np.array([n[self.anchor] for n in nodes])
             here = frames.beside(obj, here, self.anchor, then, self._stands())
         on = _decide(model, self.edge, self.carry, self.samples, here[:, follow]) >= 0.0
-        return np.asarray(on.mean(axis=1) <= 1.0 - _MOST)
+        return np.asarray(on.mean(axis=1) <= 1.0 - PLANNING.likely)
 
     def place_in(self, frames: Frames, node: States) -> FloatArray:
         """`place` where the object is now that it is relative to, shape (n_follow,)."""

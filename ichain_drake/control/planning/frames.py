@@ -7,6 +7,7 @@ ends of an interaction are to each other, the sample holds wherever they are.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import product
 from typing import Any
 
@@ -39,6 +40,11 @@ class Frames:
     def goes_with(self, edge: Interaction) -> bool:
         """Whether samples of an interaction's parent hold wherever the child is."""
         return self._edges[edge].alignment is not None or self.is_relative(edge)
+
+    def has_place(self, obj: str, variables: Iterable[int]) -> bool:
+        """Whether some of an object's variables say where it is."""
+        roles = [self._spaces[obj].variables[i].role for i in variables]
+        return any(r is not None and r.kind == "position" for r in roles)
 
     def anchors(self, obj: str) -> tuple[str, ...]:
         """What places of an object are relative to: the other ends of its interactions, but the robot."""

@@ -12,15 +12,12 @@ from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goal_text import Bound, check_goal_text, read_goal_text
 from ichain_drake.control.planning.model import conserved, keeps, span
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_EQUAL_SHARE = 0.02  # of the demonstrated range
-_EQUAL_NOISE = 4.0
-_ROOM = 0.25  # of a condition's range, that its margin has at most
-_BEYOND = 0.05  # of the demonstrated range, that an unbounded variable may go beyond it
 
 
 def parse_goal(expressions: Sequence[str], model: InteractionModel, start: States | None = None) -> Goal:
@@ -86,7 +83,7 @@ def _range(bound: Bound, text: str, model: InteractionModel, start: States | Non
 def _slack(model: InteractionModel, obj: str, index: int) -> float:
     if model.graph.objects[obj].observable.variables[index].kind in ("binary", "integer"):
         return 0.0
-    return float(max(_EQUAL_SHARE * span(model, obj)[index], _EQUAL_NOISE * model.noise[obj][index]))
+    return float(max(PLANNING.same * span(model, obj)[index], LEARNING.surely * model.noise[obj][index]))
 
 
 def stay(
@@ -173,7 +170,7 @@ def _too_much(goal: Goal, model: InteractionModel, start: States) -> NoPlan | No
         names = [(o, model.graph.objects[o].observable.names[i]) for o, i in group]
         wanted = [c for c in goal.conditions if (c.object, c.variable) in names and c.lower > 0]
         there = sum(max(float(start[o][i]), 0.0) for o, i in group)
-        slack = _EQUAL_NOISE * float(np.sqrt(sum(float(model.noise[o][i]) ** 2 for o, i in group)))
+        slack = LEARNING.surely * float(np.sqrt(sum(float(model.noise[o][i]) ** 2 for o, i in group)))
         unmet = [c for c in wanted if gap(c, value_of(c, start, model.graph)) > 0]
         if unmet and sum(c.lower for c in wanted) > there + slack:
             c = unmet[0]
@@ -196,7 +193,7 @@ def _too_much(goal: Goal, model: InteractionModel, start: States) -> NoPlan | No
 def _limits(model: InteractionModel, obj: str, i: int) -> tuple[float, float]:
     """The declared bounds where there are any, or as far as it is taken, or a little more than shown."""
     variable = model.graph.objects[obj].observable.variables[i]
-    more = _BEYOND * float(span(model, obj)[i]) + _EQUAL_NOISE * float(model.noise[obj][i])
+    more = LEARNING.near * float(span(model, obj)[i]) + LEARNING.surely * float(model.noise[obj][i])
     low = variable.lower if math.isfinite(variable.lower) else float(model.low[obj][i]) - more
     high = variable.upper if math.isfinite(variable.upper) else float(model.high[obj][i]) + more
     reach = Frames(model).reach(obj)
@@ -223,7 +220,7 @@ def inside(condition: Condition, model: InteractionModel, noises: float, share: 
     space = model.graph.objects[condition.object].observable
     i = space.index(condition.variable)
     wide = max(noises * float(model.noise[condition.object][i]), share * float(span(model, condition.object)[i]))
-    margin = min(wide, _ROOM * (condition.upper - condition.lower))
+    margin = min(wide, LEARNING.slight * (condition.upper - condition.lower))
     low, high = condition.lower + margin, condition.upper - margin
     variable = space.variables[i]
     return replace(

@@ -18,12 +18,10 @@ import numpy as np
 from ichain_drake.control.planning.goals import gap, value_of
 from ichain_drake.control.planning.model import keeps, span
 from ichain_drake.control.planning.plan import Condition, States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
-
-_BINS = 8.0  # over the demonstrated range
-_KEY_BINS = 20.0
-_WORTH_MIXING = 15.0  # noises: less of a giver changes nothing
 
 
 class Novelty:
@@ -52,7 +50,7 @@ class Novelty:
 
     def key(self, states: States) -> tuple[int, ...]:
         """States with equal keys are taken as the same."""
-        return self.bins(states, _KEY_BINS)
+        return self.bins(states, 1.0 / LEARNING.near)
 
     def rank(self, states: States, unmet: Sequence[int]) -> int:
         """1 for a new value, 2 for a new pair of values, 3 for neither; remembers the state.
@@ -64,7 +62,7 @@ class Novelty:
         if not enabled("novelty"):
             return 1
         seen = self._seen.setdefault(tuple(unmet), set())
-        atoms = tuple(enumerate(self.bins(states, _BINS)))
+        atoms = tuple(enumerate(self.bins(states, PLANNING.bins)))
         singles = {(a,) for a in atoms}
         pairs = set(combinations(atoms, 2))
         rank = 1 if singles - seen else 2 if pairs - seen else 3
@@ -129,7 +127,7 @@ def _givers(model: InteractionModel, wanted: Condition) -> tuple[tuple[Condition
         for v in like:
             assert v.role is not None
             amount = v.role.of
-            least = _WORTH_MIXING * float(model.noise[edge.parent][theirs.index(amount)])
+            least = LEARNING.empty * float(model.noise[edge.parent][theirs.index(amount)])
             same = Condition(edge.parent, v.name, wanted.lower, wanted.upper)
             out.append((same, Condition(edge.parent, amount, least, float("inf"))))
     return tuple(out)

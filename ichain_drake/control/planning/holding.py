@@ -14,21 +14,16 @@ from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import Batch, BoolArray
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
-_GRASPS = 40  # demonstrated ways of holding that are tried
-
-
-LIKELY = 0.5
-"""Probability from which on an interaction is taken for active."""
-
 
 def can_hold(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> BoolArray:
     """Whether some demonstrated grasp is likely to make an interaction active; arguments as of `hold_probability`."""
-    return hold_probability(model, edge, states) >= LIKELY
+    return hold_probability(model, edge, states) >= PLANNING.likely
 
 
 def hold_probability(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> FloatArray:
@@ -48,8 +43,8 @@ def hold_probability(model: InteractionModel, edge: Interaction, states: Sequenc
     rows = np.flatnonzero(model.decide(edge, samples) >= 0.0)
     if not frames.goes_with(edge) or not len(rows):
         return np.ones(len(states))  # nothing is known of a grasp elsewhere
-    if len(rows) > _GRASPS:
-        rows = rows[np.linspace(0, len(rows) - 1, _GRASPS).round().astype(int)]
+    if len(rows) > PLANNING.samples:
+        rows = rows[np.linspace(0, len(rows) - 1, PLANNING.samples).round().astype(int)]
     count = len(rows)
     batch: Batch = {n: np.repeat(np.array([s[n] for s in states], dtype=float), count, axis=0) for n in states[0]}
     taken, was = (np.tile(samples[n][rows], (len(states), 1)) for n in (edge.parent, edge.child))

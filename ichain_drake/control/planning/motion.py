@@ -8,16 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.control.planning.model import BoolArray
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
-
-RETAKE_TICKS = 20
-"""To let go of an object and take it again."""
-
-ALIKE = 0.15
-"""Of a tick's largest change: states of robot and object that differ by less are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +53,7 @@ class Motion:
             Its index, and whether the object was ever taken there, shape (m,) each.
         """
         off = self.away(child)
-        near = off <= off.min(axis=1, keepdims=True) + ALIKE
+        near = off <= off.min(axis=1, keepdims=True) + PLANNING.alike
         return np.argmax(np.where(near, self.value, -np.inf), axis=1), off.min(axis=1) <= 1.0
 
     def at(self, robot: FloatArray, child: FloatArray) -> IntArray:

@@ -9,14 +9,11 @@ import numpy as np
 from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.model import Batch, is_change, keeps, row, span, take
 from ichain_drake.control.planning.motion_links import Links, best_motion, link, run_on, thinned
-from ichain_drake.control.planning.options import LEAST_CHANGE, NOISES, DriveOption, chains
+from ichain_drake.control.planning.options import DriveOption, chains
 from ichain_drake.control.planning.travel import jumping, parked_state
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
-
-_TICKS = 60  # of a motion, to see how fast it drives: several strokes, with a new grasp between them
-_PROBES = 40  # demonstrated states in which a push of the robot is tried
-_PUSH = 0.5  # of its largest step
 
 
 def find_motion_drives(
@@ -72,14 +69,17 @@ def _drive(
 ) -> list[DriveOption]:
     target = chain[-1].child
     motion, gains = best_motion(model, links, target, variable, direction)
-    total = run_on(motion, gains, _TICKS)
-    least = max(LEAST_CHANGE * float(span(model, target)[variable]), NOISES * float(model.noise[target][variable]))
+    ticks = 3 * PLANNING.retake  # several strokes, with a new grasp between them
+    total = run_on(motion, gains, ticks)
+    least = max(
+        PLANNING.least * float(span(model, target)[variable]), PLANNING.noises * float(model.noise[target][variable])
+    )
     if total.max(initial=0.0) < least or (len(chain) == 1 and not motion.again[motion.value > 0].any()):
         return []
     hold = {n: v.copy() for n, v in context.items()}
     best = int(np.argmax(total))
     hold |= {chain[0].parent: motion.robot[best].copy(), chain[0].child: motion.child[best].copy()}
-    return [DriveOption(chain, variable, direction, float(total.max()) / _TICKS, None, hold, hold, motion)]
+    return [DriveOption(chain, variable, direction, float(total.max()) / ticks, None, hold, hold, motion)]
 
 
 def _context(model: InteractionModel, chain: tuple[Interaction, ...], usable: np.ndarray) -> Batch | None:
@@ -91,17 +91,17 @@ def _context(model: InteractionModel, chain: tuple[Interaction, ...], usable: np
     rows = np.flatnonzero(np.all([model.decide(e, samples) >= 0.0 for e in chain], axis=0))
     if not len(rows) or not len(usable):
         return None
-    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), _PROBES)).round().astype(int)]
+    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), PLANNING.samples)).round().astype(int)]
     states, root, target = take(samples, rows), model.graph.root, chain[-1].child
     still = model.step(states, states[root], strict=False)[0][target][:, usable]
     moved = np.zeros_like(still)
     for i in np.flatnonzero(~jumping(model.graph.objects[root].observable)):
         for sign in (1.0, -1.0):
             push = np.zeros(states[root].shape[1])
-            push[i] = sign * _PUSH * model.step_limit[root][i]
+            push[i] = sign * PLANNING.push * model.step_limit[root][i]
             after = model.step(states, states[root] + push, strict=False)[0][target][:, usable]
             moved = np.maximum(moved, np.abs(after - still))
-    clear = moved > np.maximum(NOISES * model.noise[target], 1e-3 * span(model, target))[usable]
+    clear = moved > np.maximum(PLANNING.noises * model.noise[target], 1e-3 * span(model, target))[usable]
     if not clear.any():
         return None
     middle = 0.5 * (model.low[target] + model.high[target])[usable]

@@ -13,17 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ichain_drake.control.planning.model import Batch, BoolArray, keeps, take
-from ichain_drake.control.planning.motion import ALIKE, RETAKE_TICKS, IntArray, Motion
+from ichain_drake.control.planning.motion import IntArray, Motion
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
-
-MOST_NODES = 240
-"""Demonstrated states that a motion is made of: a few a centimetre of a hand's way, and one model step for all."""
-_MEETS = 0.35  # of a tick's largest change: how near a predicted state must be to a demonstrated one
-_DISCOUNT = 0.98  # a tick: looks about fifty ticks ahead, longer than a stroke and a new grasp
-_SWEEPS = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +52,13 @@ def thinned(model: InteractionModel, edge: Interaction) -> Batch:
         return samples
     ends = [(edge.parent, _reach(model, edge.parent)), (edge.child, _reach(model, edge.child))]
     kept, away = [0], np.full(n, np.inf)
-    while len(kept) < min(n, MOST_NODES):
+    while len(kept) < min(n, PLANNING.nodes):
         off = [
             np.abs(model.graph.objects[name].observable.difference(samples[name], samples[name][kept[-1]])) / reach
             for name, reach in ends
         ]
         away = np.minimum(away, np.hstack(off).max(axis=1))
-        if away.max() < ALIKE:
+        if away.max() < PLANNING.alike:
             break
         kept.append(int(np.argmax(away)))
     return take(samples, np.sort(kept))
@@ -110,11 +105,11 @@ def best_motion(
     gain = np.full((n, n), -np.inf)
     gain[links.start, links.end] = direction * links.change[obj][:, variable]
     gain[np.diag_indices(n)] = 0.0
-    later = np.where(links.retake, _DISCOUNT**RETAKE_TICKS, 0.0)
+    later = np.where(links.retake, PLANNING.discount**PLANNING.retake, 0.0)
     value = np.zeros(n)
-    for _ in range(_SWEEPS):
-        value = np.maximum((gain + _DISCOUNT * value).max(axis=1), (later * value).max(axis=1))
-    moving, taking = gain + _DISCOUNT * value, later * value
+    for _ in range(PLANNING.steps):
+        value = np.maximum((gain + PLANNING.discount * value).max(axis=1), (later * value).max(axis=1))
+    moving, taking = gain + PLANNING.discount * value, later * value
     again = taking.max(axis=1) > moving.max(axis=1) + 1e-12
     onward = np.where(again, taking.argmax(axis=1), moving.argmax(axis=1))
     gains = np.where(again, 0.0, gain[np.arange(n), onward])
@@ -132,14 +127,14 @@ def run_on(motion: Motion, gains: FloatArray, ticks: int) -> FloatArray:
     Args:
         motion: to be followed.
         gains: in each state's next tick, shape (n,).
-        ticks: how many; taking an object anew takes `RETAKE_TICKS`.
+        ticks: how many; taking an object anew takes `PlanningSettings.retake`.
     """
     n = len(gains)
     at, total, passed = np.arange(n), np.zeros(n), np.zeros(n)
     for _ in range(ticks):
         going = passed < ticks
         total += np.where(going, gains[at], 0.0)
-        passed += np.where(motion.again[at], RETAKE_TICKS, 1)
+        passed += np.where(motion.again[at], PLANNING.retake, 1)
         at = motion.onward[at]
     return total
 
@@ -155,4 +150,4 @@ def _reach(model: InteractionModel, obj: str) -> FloatArray:
 
 
 def _slack(model: InteractionModel, obj: str, reach: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(reach), np.maximum(_MEETS * reach, 4.0 * model.noise[obj]), np.inf)
+    return np.where(np.isfinite(reach), np.maximum(PLANNING.meets * reach, 4.0 * model.noise[obj]), np.inf)

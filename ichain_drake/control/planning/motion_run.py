@@ -9,9 +9,10 @@ import numpy as np
 from ichain_drake.control.planning.drive_run import Run
 from ichain_drake.control.planning.holding import taken_as
 from ichain_drake.control.planning.model import Batch, BoolArray
-from ichain_drake.control.planning.motion import RETAKE_TICKS, IntArray
+from ichain_drake.control.planning.motion import IntArray
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
@@ -20,7 +21,7 @@ from ichain_drake.state import FloatArray
 class MotionRun(Run):
     """One batch of drives by motion; arguments as of `Run`."""
 
-    window = 2 * RETAKE_TICKS
+    window = 2 * PLANNING.retake
 
     def __init__(self, model: InteractionModel, rows: Sequence[tuple[States, DriveOption]], parked: FloatArray) -> None:
         super().__init__(model, rows, parked)
@@ -39,7 +40,7 @@ class MotionRun(Run):
     def robot(self, step: int) -> FloatArray:
         """Along the motion; away for a step where the object is taken anew."""
         out = np.empty_like(self.first)
-        self.paused = np.where(self.away, RETAKE_TICKS, 0)
+        self.paused = np.where(self.away, PLANNING.retake, 0)
         for r, m in enumerate(self.motions):
             child = self.now[m.edge.child][r : r + 1]
             if self.away[r]:  # it comes back with its hand open: nothing goes along on that way

@@ -11,8 +11,9 @@ import heapq
 from itertools import count
 
 from ichain_drake.control.planning.risk import plan_cost
-from ichain_drake.control.planning.search import SWITCH_TICKS, Search
+from ichain_drake.control.planning.search import Search
 from ichain_drake.control.planning.search_node import SearchNode
+from ichain_drake.control.settings import PLANNING
 
 
 class OptimalSearch(Search):
@@ -35,7 +36,7 @@ class OptimalSearch(Search):
             layer: list[SearchNode] = []
             while frontier and len(layer) < self.settings.width:
                 cost, _, node = heapq.heappop(frontier)
-                if cost + SWITCH_TICKS < self.below and cost <= cheapest[self._key(node)]:
+                if cost + PLANNING.retake < self.below and cost <= cheapest[self._key(node)]:
                     layer.append(node)
             if not layer:
                 break
@@ -46,9 +47,9 @@ class OptimalSearch(Search):
                     best, self.below = node, cost
             for node in children:
                 key = self._key(node)
-                if node.cost + SWITCH_TICKS < self.below and node.cost < cheapest.get(key, float("inf")):
+                if node.cost + PLANNING.retake < self.below and node.cost < cheapest.get(key, float("inf")):
                     cheapest[key] = node.cost
                     heapq.heappush(frontier, (node.cost, next(order), node))
-        self.proved = not any(cost + SWITCH_TICKS < self.below for cost, _, _ in frontier)
+        self.proved = not any(cost + PLANNING.retake < self.below for cost, _, _ in frontier)
         self.dropped |= not self.proved
         return best

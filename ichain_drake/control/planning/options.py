@@ -26,25 +26,14 @@ from ichain_drake.control.planning.model import (
 )
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 IntArray = NDArray[np.intp]
-
-_PROBE_TICKS = 6
-_LONG_TICKS = 36
-_RECHECK = 12  # ticks after which interactions are classified anew
-_LEAST_RATE = 0.2  # of the least change, in the short probe
-LEAST_CHANGE = 0.08  # of the demonstrated range, in the long probe
-_BIAS = 0.25  # of the change in the other direction: less may be a bias of the model
-NOISES = 5.0
-_NEARLY_BEST = 0.9  # of the best sample's change: among those the surest one is taken
-_QUIET = 0.05  # of the best sample's change
-_SEEN = 3  # demonstrated poses
-_UNSEEN = 4.0  # weight of the distance from what was demonstrated
-_MOST_SAMPLES = 60  # per chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +124,7 @@ def find_drives(model: InteractionModel, carries: tuple[CarryOption, ...]) -> tu
         return ()
     batch = {n: np.concatenate([s[n] for s in samples]) for n in model.graph.objects}
     margins = {e: model.decide(e, batch) for e in model.graph.interactions}
-    change, frames = _probe(model, batch, _PROBE_TICKS), Frames(model)
+    change, frames = _probe(model, batch, PLANNING.probe), Frames(model)
     out: list[DriveOption] = []
     for number, chain in enumerate(every):
         rows = np.flatnonzero(np.array(owner) == number)
@@ -166,8 +155,8 @@ def _joint_samples(model: InteractionModel, chain: tuple[Interaction, ...]) -> B
     for e in chain:
         on &= model.decide(e, batch) >= 0
     rows = np.flatnonzero(on)
-    if len(rows) > _MOST_SAMPLES:
-        rows = rows[np.linspace(0, len(rows) - 1, _MOST_SAMPLES).round().astype(int)]
+    if len(rows) > PLANNING.poses:
+        rows = rows[np.linspace(0, len(rows) - 1, PLANNING.poses).round().astype(int)]
     return take(batch, rows)
 
 
@@ -176,15 +165,21 @@ def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
     now = {n: v.copy() for n, v in batch.items()}
     status = None
     for tick in range(ticks):
-        now, status = model.step(now, batch[model.graph.root], status if tick % _RECHECK > 1 else None, strict=False)
+        known = status if tick % (2 * PLANNING.probe) > 1 else None
+        now, status = model.step(now, batch[model.graph.root], known, strict=False)
     return {n: model.graph.objects[n].observable.difference(now[n], batch[n]) for n in batch}
 
 
 def _anchor(frames: Frames, chain: tuple[Interaction, ...], carry: CarryOption | None) -> str | None:
-    """What samples of a chain are relative to: what is pressed or turned, or what the carried object acts on."""
+    """What samples of a chain are relative to: what is pressed or turned, or what the carried object acts on.
+
+    What is held but stays at its place, as a knob, is beside nothing that it could be brought to: others come to it.
+    """
     if carry is None:
         return chain[0].child if frames.goes_with(chain[0]) else None
-    return chain[1].child if len(chain) > 1 and frames.is_relative(chain[1]) else None
+    if len(chain) == 1 or not frames.is_relative(chain[1]) or not frames.has_place(chain[0].child, carry.follow):
+        return None
+    return chain[1].child
 
 
 def _drives_of(
@@ -198,10 +193,10 @@ def _drives_of(
 ) -> list[DriveOption]:
     target = chain[-1].child
     follow = carry.follow if carry is not None and len(chain) == 1 else ()
-    least = np.maximum(LEAST_CHANGE * span(model, target), NOISES * model.noise[target])
+    least = np.maximum(PLANNING.least * span(model, target), PLANNING.noises * model.noise[target])
     usable = keeps(model, target) & ~is_change(model, target)
     out, anchor = [], _anchor(frames, chain, carry)
-    further = _probe(model, batch, _LONG_TICKS)
+    further = _probe(model, batch, PLANNING.long)
     for v in np.flatnonzero(usable):
         if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
             continue
@@ -209,25 +204,24 @@ def _drives_of(
         for direction in (1, -1):
             speed = direction * change[target][:, v]
             fastest = int(np.argmax(speed))
-            if speed[fastest] < max(_LEAST_RATE * least[v], _BIAS * largest):
+            if speed[fastest] < max(PLANNING.hardly * least[v], LEARNING.slight * largest):
                 continue
             # How far each way of holding the chain gets, all from the same contents: those that leave most room for it.
             roomy = int(np.argmax(direction * further[target][:, v]))
             poses = _in_context(model, frames, chain[0].child, carry, batch, roomy, anchor)
-            total = direction * _probe(model, poses, _LONG_TICKS)[target][:, v]
+            total = direction * _probe(model, poses, PLANNING.long)[target][:, v]
             best = float(total.max())
             if best < least[v]:
                 continue
-            nearly = np.flatnonzero(total >= _NEARLY_BEST * best)
+            nearly = np.flatnonzero(total >= PLANNING.nearly * best)
             hold = int(nearly[np.argmax(sure[nearly])])
             before = hold
             if carry is not None:
-                quiet = np.abs(total) < _QUIET * best
-                brimful = (
-                    np.abs(_probe(model, _brimful(model, carry, poses), _LONG_TICKS)[target][:, v]) < _QUIET * best
-                )
+                quiet = np.abs(total) < LEARNING.near * best
+                full = _probe(model, _brimful(model, carry, poses), PLANNING.long)
+                brimful = np.abs(full[target][:, v]) < LEARNING.near * best
                 before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
-            rate = float(speed[fastest]) / _PROBE_TICKS
+            rate = float(speed[fastest]) / PLANNING.probe
             samples = row(poses, hold), row(poses, before)
             out.append(DriveOption(chain, int(v), direction, rate, carry, *samples, anchor=anchor))
     return out
@@ -277,7 +271,7 @@ def _quiet_row(model: InteractionModel, carry: CarryOption, batch: Batch, quiet:
     away = np.abs(pose[rows, None, :] - carry.places[None]).min(axis=1) / width
     distance = 2.0 * away.sum(axis=1) + (np.abs(pose[rows] - pose[hold]) / width).sum(axis=1)
     if enabled("unseen"):
-        distance += _UNSEEN * _unseen(model, carry, pose[rows], width)
+        distance += PLANNING.unseen * _unseen(model, carry, pose[rows], width)
     turned = model.graph.objects[root].observable.difference(batch[root][rows], batch[root][hold])
     return int(rows[np.argmin(distance + (np.abs(turned) / span(model, root)).sum(axis=1))])
 
@@ -296,4 +290,4 @@ def _unseen(model: InteractionModel, carry: CarryOption, poses: FloatArray, widt
     before[:, turned] = np.median(carry.places[:, turned], axis=0)
     seen = model.edges[carry.edge].examples.active[obj][:, carry.follow]
     away = (np.abs(before[:, None, :] - seen[None]) / width).sum(axis=2)
-    return np.sort(away, axis=1)[:, min(_SEEN, len(seen)) - 1]
+    return np.sort(away, axis=1)[:, min(LEARNING.few, len(seen)) - 1]

@@ -14,12 +14,10 @@ from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
 from ichain_drake.control.planning.model import Batch, row, span
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.slope import least_motion, slope
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
-
-_SAME = 0.02  # of the demonstrated range: nearer than this is no move
-_LINE = 17
 
 
 def carry_targets(
@@ -105,13 +103,13 @@ def _along(places: FloatArray, width: FloatArray) -> FloatArray:
     middle = places.mean(axis=0)
     direction = np.linalg.svd((places - middle) / width)[2][0]
     along = ((places - middle) / width) @ direction
-    return middle + np.linspace(along.min(), along.max(), _LINE)[:, None] * direction * width
+    return middle + np.linspace(along.min(), along.max(), PLANNING.line)[:, None] * direction * width
 
 
 def _distinct(found: Sequence[FloatArray], here: FloatArray, width: FloatArray) -> list[FloatArray]:
     kept: list[FloatArray] = []
     for place in found:
-        if all(np.max(np.abs(place - other) / width) > _SAME for other in (here, *kept)):
+        if all(np.max(np.abs(place - other) / width) > PLANNING.same for other in (here, *kept)):
             kept.append(place)
     return kept
 
@@ -139,7 +137,7 @@ def _wanted(
             middle = 0.5 * (c.lower + c.upper)
             change[k] = (middle if np.isfinite(middle) else np.clip(pose[k], c.lower, c.upper)) - pose[k]
     rest = _goes_along(model, carry, pose, np.where(asked, change, np.nan))
-    return pose + np.where(asked, change, np.where(np.abs(rest) > _SAME * width, rest, 0.0))
+    return pose + np.where(asked, change, np.where(np.abs(rest) > PLANNING.same * width, rest, 0.0))
 
 
 def _goes_along(model: InteractionModel, carry: CarryOption, pose: FloatArray, change: FloatArray) -> FloatArray:

@@ -13,13 +13,13 @@ import networkx as nx
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption
-from ichain_drake.control.planning.contradictions import MOST_VARIANTS, Record, expected_ticks
+from ichain_drake.control.planning.contradictions import Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
-from ichain_drake.control.planning.holding import LIKELY, can_hold, hold_probability
+from ichain_drake.control.planning.holding import can_hold, hold_probability
 from ichain_drake.control.planning.model import Batch, row, stack, take
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.places import carry_targets
@@ -29,13 +29,11 @@ from ichain_drake.control.planning.risk import step_cost
 from ichain_drake.control.planning.search_node import SearchNode, cheaper, mark_of
 from ichain_drake.control.planning.simulate import Outcome, settle, simulate
 from ichain_drake.control.planning.travel import parked_state
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_NOISES = 3.0  # that a goal is to be met by, where it can be
-_MARGIN = 0.05  # of the demonstrated range, the same
-SWITCH_TICKS = 20  # to reach an object and take it, or press it, and to let go
 
 
 @dataclass(frozen=True)
@@ -87,7 +85,7 @@ class Search:
         self.model, self.settings = model, settings
         self.options = options
         self.goal = goal
-        self.surer = tuple(inside(c, self.model, _NOISES, _MARGIN) for c in goal.conditions)
+        self.surer = tuple(inside(c, self.model, LEARNING.clear, LEARNING.near) for c in goal.conditions)
         self.frames = Frames(model)
         self.novelty = Novelty(model, objects)
         self.landmarks = Landmarks(model, self.surer)
@@ -137,7 +135,7 @@ class Search:
         """The start once the robot has let go of what it touches without holding it."""
         states, _ = settle(self.model, stack([self.start]), self.parked)
         free = {n: v[0] for n, v in states.items()}
-        step = PlanStep((edge,), predicted=free, ticks=SWITCH_TICKS // 2)
+        step = PlanStep((edge,), predicted=free, ticks=PLANNING.retake // 2)
         unmet = unmet_conditions(self.surer, free, self.model)
         return SearchNode(free, (step,), step.ticks, unmet, cost=step_cost(step))
 
@@ -198,7 +196,7 @@ class Search:
         for carry in self.options.carries:
             mine = [k for k, (_, c, _) in enumerate(moves) if c is carry]
             held[mine] = hold_probability(self.model, carry.edge, [row(batch, k) for k in mine])
-        kept = np.flatnonzero(held >= LIKELY)
+        kept = np.flatnonzero(held >= PLANNING.likely)
         moves, batch, held = [moves[k] for k in kept], take(batch, kept), held[kept]
         if not moves:
             return []
@@ -208,7 +206,7 @@ class Search:
         for k, (node, carry, place) in enumerate(moves):
             states = {n: v[k] for n, v in after.items()}
             wanted = self._pose(carry, place)
-            ticks = SWITCH_TICKS + self._way(carry, node.states[carry.edge.child][carry.follow], place)
+            ticks = PLANNING.retake + self._way(carry, node.states[carry.edge.child][carry.follow], place)
             likely = float(held[k])
             step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks, probability=likely)
             out += self._child(node, step, states)
@@ -236,7 +234,7 @@ class Search:
         until = (target, name, drive.direction, outcome.end)
         if drive.motion is not None:
             return self._moving(node, drive, outcome, until)
-        wanted, before, after, ticks = {}, {}, {}, SWITCH_TICKS + outcome.ticks
+        wanted, before, after, ticks = {}, {}, {}, PLANNING.retake + outcome.ticks
         if drive.carry is not None:
             obj, part = drive.carry.edge.child, drive.carry.follow
             back = node.states[obj][part]
@@ -263,14 +261,14 @@ class Search:
                 chain = (*chain, *(Interaction(a, b) for a, b in zip(more[:-1], more[1:], strict=True)))
                 until = (c.object, c.variable, sign, end)
                 break
-        ticks = SWITCH_TICKS + outcome.ticks
+        ticks = PLANNING.retake + outcome.ticks
         wanted = {until[:2]: until[3]}
         return PlanStep(chain, wanted, until, predicted=outcome.states, ticks=ticks, motion=drive.motion)
 
     def _child(self, node: SearchNode, step: PlanStep, states: Batch) -> list[SearchNode]:
         """The node that a step leads to, if it is not known to fail."""
         failures = self.record.failures(step, node.states)
-        if failures > MOST_VARIANTS:
+        if failures > LEARNING.few:
             return []
         if failures:
             step = replace(step, variant=failures, ticks=expected_ticks(step.ticks, failures))

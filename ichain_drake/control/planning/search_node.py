@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from ichain_drake.control.planning.model import Batch
 from ichain_drake.control.planning.plan import PlanStep
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 
-_ALIKE = 1.2
 _DIGITS = 6
 
 
@@ -52,5 +52,6 @@ def cheaper(one: SearchNode, other: SearchNode) -> bool:
     """Whether a way to the same state is shorter; of nearly equal ones, that which watches more interactions."""
     mine, theirs = len(one.steps[-1].chain), len(other.steps[-1].chain)
     if len(one.steps) == len(other.steps) and mine != theirs:
-        return one.ticks <= _ALIKE * other.ticks if mine > theirs else one.ticks * _ALIKE < other.ticks
+        more = PLANNING.cheaper
+        return one.ticks <= more * other.ticks if mine > theirs else one.ticks * more < other.ticks
     return (one.ticks, mark_of(one)) < (other.ticks, mark_of(other))

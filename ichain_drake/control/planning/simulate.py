@@ -23,9 +23,8 @@ from ichain_drake.control.planning.stops import Stop, find_stops
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_SETTLE_TICKS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ def settle(model: InteractionModel, batch: Batch, parked: FloatArray) -> tuple[B
     root = model.graph.root
     now = {**batch, root: np.repeat(parked[None], len(batch[root]), axis=0)}
     status: dict[Interaction, BoolArray] = {}
-    for _ in range(_SETTLE_TICKS):
+    for _ in range(LEARNING.ticks):
         now, status = model.step(now, now[root], strict=False)
     for n in model.passive:
         now[n][:, is_change(model, n)] = 0.0

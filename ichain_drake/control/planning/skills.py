@@ -18,7 +18,8 @@ from ichain_drake.control.planning.travel import jumping
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
-from ichain_drake.learning.status.events import AFTER, SwitchingWindow, Windows
+from ichain_drake.learning.settings import LEARNING
+from ichain_drake.learning.status.events import SwitchingWindow, Windows
 from ichain_drake.state import FloatArray
 
 SkillFunction = Callable[[States, int], FloatArray]
@@ -143,7 +144,7 @@ def _ranking(
     if not activate:
         # Opened and closed again at once the hand has not left: what was shown whole comes first.
         left = np.array([len(w.root) - w.event for w in windows])
-        return [int(k) for k in np.lexsort((model.decide(edge, batch), left < min(AFTER + 1, left.max())))]
+        return [int(k) for k in np.lexsort((model.decide(edge, batch), left < min(LEARNING.ticks + 1, left.max())))]
     # The object goes along once it is taken, so the row of the event itself is judged.
     batch[root] = np.array([p[min(w.event, len(p) - 1)] for p, w in zip(paths, windows, strict=True)])
     sure = model.decide(edge, batch)

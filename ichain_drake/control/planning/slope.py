@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from ichain_drake.control.planning.model import row
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
-_UNSHOWN = 0.05  # size of a motion that was not shown, as a share of that of others
-_DEPENDENT = 0.02  # of the largest singular value: smaller ones are noise
-_PARTS = (1.0, 0.5, 0.25, 0.125)
-_CORRECTIONS = 4
+_CORRECTIONS = 4  # Newton's, and halvings of a way that is not straight
 
 
 def slope(model: InteractionModel, edge: Interaction, states: States) -> tuple[FloatArray, FloatArray]:
@@ -35,7 +34,7 @@ def slope(model: InteractionModel, edge: Interaction, states: States) -> tuple[F
         The push in each of the robot's variables, 0 where it can't change gradually, shape (n_root,); and what each
         push changes, shape (n_root, n_child).
     """
-    shown = np.where(model.edges[edge].active_step > 0, 1.0, _UNSHOWN)
+    shown = np.where(model.edges[edge].active_step > 0, 1.0, LEARNING.near)
     size = np.maximum(shown * model.step_limit[edge.parent], 1e-9)
     size[jumping(model.graph.objects[edge.parent].observable)] = 0.0
     n = len(size)
@@ -68,7 +67,7 @@ def led(
     stays = np.abs(change) <= slack
     root = np.asarray(states[edge.parent], dtype=float)
     goal = root
-    for part in _PARTS:
+    for part in (0.5**k for k in range(_CORRECTIONS)):
         goal = _solved(model, edge, states, asked, part * change)
         halfway = model.effect(edge, states, 0.5 * (root + goal))[asked] - model.effect(edge, states, root)[asked]
         if (np.abs(halfway - 0.5 * part * change)[stays] <= slack[stays]).all():
@@ -100,7 +99,7 @@ def least_motion(by_push: FloatArray, wanted: FloatArray) -> FloatArray:
         by_push: what each push changes, shape (n_root, n_wanted).
         wanted: the change, shape (n_wanted,).
     """
-    return np.asarray(np.linalg.lstsq(by_push.T, wanted, rcond=_DEPENDENT)[0])
+    return np.asarray(np.linalg.lstsq(by_push.T, wanted, rcond=PLANNING.same)[0])
 
 
 def independent(model: InteractionModel, edge: Interaction, variables: Sequence[int]) -> bool:
@@ -116,4 +115,4 @@ def independent(model: InteractionModel, edge: Interaction, variables: Sequence[
         return True
     by_push = slope(model, edge, row(samples, len(samples[edge.child]) // 2))[1][:, list(variables)]
     size = np.linalg.svd(by_push / np.maximum(np.abs(by_push).max(axis=0), 1e-12), compute_uv=False)
-    return bool((size > _DEPENDENT * size[0]).sum() == len(variables))
+    return bool((size > PLANNING.same * size[0]).sum() == len(variables))

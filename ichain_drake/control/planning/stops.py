@@ -16,8 +16,6 @@ from ichain_drake.control.planning.plan import Condition
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 
-_FAST = 0.5  # of a range, changed in a step: the middle is aimed at, where otherwise the range's begin is enough
-
 
 class Predicted(Protocol):
     """A batch of predicted drives."""
@@ -70,9 +68,7 @@ def find_stops(run: Predicted, conditions: Sequence[Condition], borders: Sequenc
             passed = None
             if np.isfinite(c.lower + c.upper) and first != 0:  # a narrow range may lie between two steps
                 passed = crossed(values[: last + 1, r], 0.5 * (c.lower + c.upper))
-            if passed is not None and abs(values[passed[0], r] - values[passed[0] - 1, r]) > _FAST * (
-                c.upper - c.lower
-            ):
+            if passed is not None and abs(values[passed[0], r] - values[passed[0] - 1, r]) > 0.5 * (c.upper - c.lower):
                 found[r].append(Stop(r, *passed, condition=k))
             elif first:
                 found[r].append(Stop(r, first, condition=k))

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray, StateSpace
 
-_VIAS = 40
 _POINTS = 12  # a leg is judged at so many
-_SPARED = 0.15  # of the way at both ends, where the switching itself takes place
 
 
 def step_towards(space: StateSpace, now: FloatArray, goal: FloatArray, limit: FloatArray) -> tuple[FloatArray, bool]:
@@ -60,7 +59,7 @@ def corners(model: InteractionModel, states: States, goal: FloatArray, vias: Seq
     mine = [e for e in model.graph.interactions if e.parent == root]
     space = model.graph.objects[root].observable
     start = np.asarray(states[root], dtype=float)
-    if not _switches(model, mine, states, [(start, goal)], (_SPARED, _SPARED))[0] or not vias:
+    if not _switches(model, mine, states, [(start, goal)], (PLANNING.spared, PLANNING.spared))[0] or not vias:
         return [goal]
     jumps = jumping(space)
     limit = np.maximum(model.step_limit[root], 1e-9)
@@ -69,9 +68,9 @@ def corners(model: InteractionModel, states: States, goal: FloatArray, vias: Seq
     def length(a: FloatArray, b: FloatArray) -> float:
         return float(np.max(np.abs(space.difference(b, a)[~jumps]) / limit[~jumps], initial=0.0))
 
-    near = sorted(stops, key=lambda v: length(start, v) + length(v, goal))[:_VIAS]
-    first = _switches(model, mine, states, [(start, v) for v in near], (_SPARED, 0.0))
-    second = _switches(model, mine, states, [(v, goal) for v in near], (0.0, _SPARED))
+    near = sorted(stops, key=lambda v: length(start, v) + length(v, goal))[: PLANNING.samples]
+    first = _switches(model, mine, states, [(start, v) for v in near], (PLANNING.spared, 0.0))
+    second = _switches(model, mine, states, [(v, goal) for v in near], (0.0, PLANNING.spared))
     for via, a, b in zip(near, first, second, strict=True):
         if not a and not b:
             return [via, goal]

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ichain_drake.control.settings import TRACKING
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
-_CHANCE = 2.0  # standard deviations of a correlation of independent errors
-_NEAREST, _FURTHEST = 2, 9  # ticks between errors that are compared
-_LAGS = _FURTHEST - _NEAREST + 1
+_LAGS = TRACKING.furthest - TRACKING.nearest + 1
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class OffsetEstimate:
     @property
     def memory_size(self) -> int:
         """Numbers that are remembered: per variable mean, squares, products and last errors; number of errors."""
-        return (3 + _FURTHEST) * self.size + 1 if self.gain else 0
+        return (3 + TRACKING.furthest) * self.size + 1 if self.gain else 0
 
     def update(self, memory: FloatArray, error: FloatArray) -> FloatArray:
         """The memory with one more error.
@@ -50,7 +50,7 @@ class OffsetEstimate:
         mean, squares, products, *last, count = self._parts(memory)
         weight = np.maximum(self.gain, 1.0 / (count + 1.0))  # a plain mean at first
         mean = mean + weight * (error - mean)
-        products = products + error * np.sum(last[_NEAREST - 1 :], axis=0)
+        products = products + error * np.sum(last[TRACKING.nearest - 1 :], axis=0)
         return np.concatenate([mean, squares + error**2, products, error, *last[:-1], count + 1.0], axis=1)
 
     def offsets(self, memory: FloatArray, ticks: int) -> FloatArray:
@@ -60,7 +60,7 @@ class OffsetEstimate:
         mean, squares, products, *_, count = self._parts(memory)
         pairs = np.maximum(_pairs(count), 1.0)
         alike = products / np.maximum(squares, 1e-300) * count / pairs
-        lasting = np.clip(alike - _CHANCE / np.sqrt(pairs), 0.0, 1.0)  # share of the errors' variance
+        lasting = np.clip(alike - LEARNING.sure / np.sqrt(pairs), 0.0, 1.0)  # share of the errors' variance
         by_chance = self.gain / (2.0 - self.gain) * (1.0 - lasting)  # what the mean has of the rest
         believed = lasting / np.maximum(lasting + by_chance, 1e-300)
         fading = self.decay ** np.arange(ticks)
@@ -68,10 +68,10 @@ class OffsetEstimate:
 
     def _parts(self, memory: FloatArray) -> list[FloatArray]:
         """Mean, squares, products, the last errors (newest first), and their number."""
-        return np.split(memory, self.size * np.arange(1, 4 + _FURTHEST), axis=1)
+        return np.split(memory, self.size * np.arange(1, 4 + TRACKING.furthest), axis=1)
 
 
 def _pairs(count: FloatArray) -> FloatArray:
     """Number of pairs of errors that were compared among so many errors."""
-    few = np.clip(count - _NEAREST, 0.0, _LAGS)
-    return few * (few + 1.0) / 2.0 + _LAGS * np.maximum(count - _NEAREST - _LAGS, 0.0)
+    few = np.clip(count - TRACKING.nearest, 0.0, _LAGS)
+    return few * (few + 1.0) / 2.0 + _LAGS * np.maximum(count - TRACKING.nearest - _LAGS, 0.0)

@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, State
 
+from ichain_drake.control.settings import TRACKING
 from ichain_drake.control.ticks import TickSystem
 from ichain_drake.control.tracking.move_to import MoveTo
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import TICK
-
-_SEARCH_TICKS = 4.0
 
 
 class Controller(TickSystem):
@@ -89,7 +88,7 @@ class PathFollower(TickSystem):
     def _reached(self, context: Context) -> int:
         position = self._measured.Eval(context)[self._targets]
         last = int(context.get_discrete_state(self._progress).value()[0])
-        return self.path.advance(position, last, _SEARCH_TICKS * TICK)
+        return self.path.advance(position, last, TRACKING.search * TICK)
 
     def _calc_target(self, context: Context, output: BasicVector) -> None:
         now = self.path.time[self._reached(context)]

@@ -7,21 +7,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ichain_drake.control.settings import TRACKING
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.learning.features import planar_poses
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray, wrap_angle
 from ichain_drake.timing import TICK
 
-_SPEED_BAND = 0.3  # transitions within this fraction of a speed count as that speed
-_QUANTILE = 0.98  # the sharpest few are noise
-_CHANCE = 2.0  # standard errors of that quantile, by which it may be sharper than the rows that were shown say
-_WINDOW = 1.0  # length over which a path's turn is measured, in ticks at nominal speed
-_FEWEST = 8
 _STRAIGHT = 1e-6  # turning over the smoothing length that is rounding [rad]
-_SHARE = 0.05  # of all transitions, those nearest in speed, that stand in where a speed was hardly shown
 _EVERY = 3  # points of the path from one check to the next
+
+
 _SLOWER = 0.9  # from one nominal speed that is tried to the next
 _WIDER = 1.25  # from one length of smoothing that is tried to the next
 
@@ -45,11 +43,11 @@ class ShownTurns:
         rows beyond a quantile): few rows say little of how sharp the sharpest was.
         """
         away = np.abs(self.speed - speed)
-        near = away < _SPEED_BAND * speed
-        if near.sum() < _FEWEST:
-            near = away <= np.sort(away)[min(len(away) - 1, max(_FEWEST, int(_SHARE * len(away))))]
-        spread = math.sqrt(_QUANTILE * (1.0 - _QUANTILE) / near.sum())
-        return float(np.quantile(self.curvature[near], min(1.0, _QUANTILE + _CHANCE * spread)))
+        near = away < TRACKING.band * speed
+        if near.sum() < LEARNING.several:
+            near = away <= np.sort(away)[min(len(away) - 1, max(LEARNING.several, int(LEARNING.near * len(away))))]
+        spread = math.sqrt(TRACKING.quantile * (1.0 - TRACKING.quantile) / near.sum())
+        return float(np.quantile(self.curvature[near], min(1.0, TRACKING.quantile + LEARNING.sure * spread)))
 
 
 def shown_turns(chain: LearnedChain) -> ShownTurns | None:
@@ -71,7 +69,7 @@ def sharp_turn(path: TimedPath, shown: ShownTurns) -> tuple[int, float, float] |
     Returns:
         Index of the path's point, its curvature, and the sharpest that was shown [1/unit]; None if there is none.
     """
-    curvature = np.abs(path.mean_curvature(_WINDOW * path.limits.speed * TICK))
+    curvature = np.abs(path.mean_curvature(path.limits.speed * TICK))
     known: dict[float, float] = {}
     for i in range(0, len(curvature), _EVERY):
         speed = round(float(path.speed[i]), 6)
@@ -84,7 +82,7 @@ def sharp_turn(path: TimedPath, shown: ShownTurns) -> tuple[int, float, float] |
 
 def slower(path: TimedPath, shown: ShownTurns) -> float | None:
     """A nominal speed at which a path turns nowhere too sharply, not below what was shown; None if there is none."""
-    speed, least = _SLOWER * path.limits.speed, float(np.quantile(shown.speed, 1.0 - _QUANTILE))
+    speed, least = _SLOWER * path.limits.speed, float(np.quantile(shown.speed, 1.0 - TRACKING.quantile))
     while speed > max(least, 0.0):
         rounded = float(f"{speed:.2g}")
         if sharp_turn(TimedPath(path.points, replace(path.limits, speed=rounded)), shown) is None:
@@ -144,7 +142,7 @@ def smooth_path(path: TimedPath, chain: LearnedChain, where: str, unit: str) -> 
         return path, 0.0
     points = path.points
     length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-    window = _WINDOW * path.limits.speed * TICK
+    window = path.limits.speed * TICK  # one tick's way: over less, a path's own points turn it
     while window < length / 2:
         half = max(1, round(window / length * len(points) / 2))
         round_points = _averaged(points, half)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ichain_drake.control.settings import TRACKING
 from ichain_drake.control.tracking.move_to import MoveTo
 from ichain_drake.control.tracking.path import PathLimits, TimedPath
 from ichain_drake.errors import InputError
@@ -15,12 +16,6 @@ from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.learning.features import planar_poses
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
-
-_SMOOTHING = 11  # ticks over which a demonstrated trajectory is averaged
-_SLOWEST = 0.6  # of nominal speed: a path that has to be taken slower is too sharp to tell methods apart
-_SEARCH_TICKS = 4.0
-_KEPT = 0.75
-_LOST = 12.0  # a run is lost when it is this many usual steps off its path
 
 
 @dataclass(frozen=True)
@@ -52,28 +47,25 @@ def make_cases(chain: LearnedChain, limits: PathLimits, count: int, ticks: int, 
     targets = list(chain.targets)
     space = chain.graph.objects[chain.names[-1]].observable
     rng = np.random.default_rng(seed)
-    windows = [
-        (piece, start) for piece in chain.validation for start in range(0, len(piece) - ticks - _SMOOTHING, ticks // 4)
-    ]
+    needed = ticks + TRACKING.smoothing
+    windows = [(piece, start) for piece in chain.validation for start in range(0, len(piece) - needed, ticks // 4)]
     if not windows:
-        raise InputError(
-            f"no demonstration of {chain.names[-1]} is longer than {ticks + _SMOOTHING} ticks; record a longer piece"
-        )
+        raise InputError(f"no demonstration of {chain.names[-1]} is longer than {needed} ticks; record a longer piece")
     cases = []
     for index in rng.permutation(len(windows)):
         piece, start = windows[index]
-        part = piece[start : start + ticks + _SMOOTHING - 1, targets]
-        kernel = np.ones(_SMOOTHING) / _SMOOTHING
+        part = piece[start : start + ticks + TRACKING.smoothing - 1, targets]
+        kernel = np.ones(TRACKING.smoothing) / TRACKING.smoothing
         smooth = np.stack([np.convolve(c, kernel, mode="valid") for c in part.T], axis=1)
         if np.linalg.norm(np.diff(smooth, axis=0), axis=1).sum() < limits.speed * TICK * ticks / 4:
             continue  # the object stood still
-        state = piece[start + _SMOOTHING // 2].copy()
+        state = piece[start + TRACKING.smoothing // 2].copy()
         state[targets] = smooth[0]
         path = TimedPath(smooth, limits)
         for x, y, orientation in planar_poses(space):
             if {x, y} == set(targets):
                 state[orientation] = path.direction[0]  # along the path, as a run starts
-        if path.speed.min() < _SLOWEST * limits.speed:
+        if path.speed.min() < TRACKING.slowest * limits.speed:
             continue
         cases.append(ValidationCase(path, state))
         if len(cases) == count:
@@ -121,12 +113,12 @@ def validation_error(chain: LearnedChain, policy: MoveTo, cases: Sequence[Valida
     for tick in range(longest):
         position = states[names[-1]][:, targets]
         progress = np.array(
-            [c.path.advance(p, k, _SEARCH_TICKS * TICK) for c, p, k in zip(cases, position, progress, strict=True)]
+            [c.path.advance(p, k, TRACKING.search * TICK) for c, p, k in zip(cases, position, progress, strict=True)]
         )
         running &= ~np.array([c.path.near_end(int(k)) for c, k in zip(cases, progress, strict=True)])
         nearest = np.stack([c.path.points[k] for c, k in zip(cases, progress, strict=True)])
         off = np.linalg.norm(position - nearest, axis=1)
-        lost |= running & ~(off <= _LOST * usual)
+        lost |= running & ~(off <= TRACKING.lost * usual)
         running &= ~lost
         if not running.any():
             break
@@ -138,4 +130,4 @@ def validation_error(chain: LearnedChain, policy: MoveTo, cases: Sequence[Valida
         normal = {m: rng.standard_normal(states[m].shape) for m in names[1:]}
         states = reference.tick(states, command, normal=normal, scale=scale)
     errors = np.where(lost | running, np.inf, distance / np.maximum(counted, 1.0))
-    return float(np.sort(errors)[: max(1, round(_KEPT * n))].mean())
+    return float(np.sort(errors)[: max(1, round(TRACKING.kept * n))].mean())

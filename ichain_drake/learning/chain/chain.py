@@ -27,12 +27,11 @@ from ichain_drake.learning.chain.models import ActionKind, ForwardModel, Inverse
 from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.features import FeatureKind, planar_poses
 from ichain_drake.learning.frozen import FrozenModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
 DEMONSTRATIONS = "demonstrations"
 """Source of what was learned in this run, from demonstrations."""
-
-_SAME_SURPRISE = 0.005
 
 
 @dataclass(frozen=True)
@@ -179,7 +178,7 @@ def _most_likely(fitted: Sequence[Scored[ForwardModel, ForwardSpec]]) -> Scored[
     """
     surprise = [float(np.mean(np.log(np.maximum(f.residual_std, 1e-12)))) for f in fitted]
     least = min(surprise)
-    return next(f for f, s in zip(fitted, surprise, strict=True) if s <= least + _SAME_SURPRISE)
+    return next(f for f, s in zip(fitted, surprise, strict=True) if s <= least + LEARNING.surprise)
 
 
 def _best_forward(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +12,6 @@ from ichain_drake.graph import Origin
 from ichain_drake.learning.estimators import make_estimator
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.state import FloatArray
-
-_DEGREES = (1, 2, 3)
 
 
 @dataclass(frozen=True)
@@ -34,11 +33,12 @@ class LearnedCommand:
     origin: Origin | None = None
 
 
-def learn_command(commands: FloatArray, states: FloatArray) -> FrozenModel | None:
+def learn_command(commands: FloatArray, states: FloatArray, degrees: Sequence[int] = (1, 2, 3)) -> FrozenModel | None:
     """The command that brings the hand to a wanted state: corrects what the hand does systematically off.
 
     Args:
         commands, states: hand commands, and the hand states they led to, shape (n, n_hand).
+        degrees: of the polynomials that are tried.
 
     Returns:
         The map, of the degree with the best cross-validation score; None where it does no better than commanding
@@ -46,7 +46,7 @@ def learn_command(commands: FloatArray, states: FloatArray) -> FrozenModel | Non
     """
     plain = float(np.mean((commands - states) ** 2))
     best, best_error = None, plain
-    for degree in _DEGREES:
+    for degree in degrees:
         estimator = make_estimator("polynomial", degree=degree)
         try:
             estimator.fit(states, commands)

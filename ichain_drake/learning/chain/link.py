@@ -20,9 +20,8 @@ from ichain_drake.learning.estimators import for_outputs, make_estimator
 from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.learning.features import ChangeCode, FeatureKind
 from ichain_drake.learning.frozen import FrozenModel, freeze
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_FOLDS = 5
 
 
 @dataclass(frozen=True)
@@ -186,15 +185,17 @@ def cross_validated_std(estimator: Any, inputs: FloatArray, outputs: FloatArray)
     exact = getattr(estimator, "residual_std_", None)
     if exact is not None:
         return np.asarray(exact, dtype=float)
-    predicted = cross_val_predict(clone(estimator), inputs, outputs, cv=KFold(_FOLDS))
+    predicted = cross_val_predict(clone(estimator), inputs, outputs, cv=KFold(LEARNING.folds))
     return np.sqrt(np.mean((outputs - np.asarray(predicted).reshape(outputs.shape)) ** 2, axis=0))
 
 
 def _fit(
     spec: EstimatorSpec, inputs: FloatArray, outputs: FloatArray, where: str
 ) -> tuple[FrozenModel, float, FloatArray]:
-    if len(inputs) < 2 * _FOLDS:
-        raise InputError(f"{where}: {len(inputs)} transitions are too few for {spec}; record at least {2 * _FOLDS}")
+    if len(inputs) < 2 * LEARNING.folds:
+        raise InputError(
+            f"{where}: {len(inputs)} transitions are too few for {spec}; record at least {2 * LEARNING.folds}"
+        )
     try:
         estimator = for_outputs(spec.make(), outputs.shape[1]).fit(inputs, outputs)
         std = cross_validated_std(estimator, inputs, outputs)

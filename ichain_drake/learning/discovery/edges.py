@@ -11,7 +11,6 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.discovery.log import RawPiece
 from ichain_drake.learning.discovery.search import FoundEdge, search
-from ichain_drake.learning.discovery.settings import DiscoverySettings
 from ichain_drake.state import StateSpace
 
 
@@ -93,7 +92,6 @@ def discover_graph(
     spaces: Mapping[str, StateSpace],
     root: str,
     prior: Prior | None = None,
-    settings: DiscoverySettings | None = None,
     say: Callable[[str], None] | None = None,
 ) -> DiscoveredGraph:
     """Which objects act on which, out of states alone.
@@ -103,7 +101,6 @@ def discover_graph(
         spaces: observable state space per object.
         root: the robot.
         prior: what is known beforehand.
-        settings: of the search.
         say: called with a line before each object.
 
     Raises:
@@ -125,7 +122,6 @@ def discover_graph(
         root,
         _allowed(pairs, prior),
         prior.required,
-        settings,
         say,
     )
     children = {f.edge.child for f in found}

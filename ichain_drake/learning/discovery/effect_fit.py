@@ -8,17 +8,12 @@ from numpy.typing import NDArray
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.features import Features
 from ichain_drake.learning.discovery.residual import Residual
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.term import VariableEffect
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
 _MAD = 1.4826  # standard deviations of a normal in a median of absolute values
-_STUCK = 3.0  # noises within which a variable stands at a bound
-_WIDEST = 3.0  # noises that an effect may leave: beyond them it describes another thing
-_TRIM = 4.0  # spreads beyond which a tick is not fitted to
-_ENOUGH = 0.25  # share of all there is to explain with which a declared effect is not compared any further
-_DECLARED_FIRST = 1.3  # by which what no role declares must be better
-_MORE = 3.0  # nat that a further input must bring
-_TRIED = 5  # inputs tried for the next place in a line: those that go best with what is left
 
 
 def fit_effects(residual: Residual, rows: BoolArray, features: Features) -> tuple[VariableEffect, ...]:
@@ -35,27 +30,27 @@ def explained(
     for e in effects:
         predicted[:, e.variable] = residual.clipped(e.predict(features.values), e.variable)
         evidence += residual.evidence(predicted[:, e.variable], e.variable, e.std)
-    clip = residual.log.settings.clip
+    clip = DISCOVERY.clip
     return np.clip(evidence, -clip, clip), predicted
 
 
 def _fit_variable(residual: Residual, rows: BoolArray, features: Features, i: int) -> VariableEffect | None:
-    settings, window = residual.log.settings, residual.window
+    window = residual.window
     noise, left = residual.log.noise[residual.child][i], residual.values[:, i]
     use = rows & residual.telling(i)
     if residual.constants[i] is None and not residual.space.angle_mask[i]:
         # What stands at a bound can't show an effect that pushes it there.
-        near, value = _STUCK * noise, residual.state[:, i]
+        near, value = LEARNING.clear * noise, residual.state[:, i]
         stuck = (value <= residual.space.lower[i] + near) | (value >= residual.space.upper[i] - near)
         use = use & ~(stuck & (np.abs(left) < 2 * near / window))
     ok = np.flatnonzero(use)
-    if len(ok) < settings.rows:
+    if len(ok) < LEARNING.rows:
         return None
     declared, best = _declared(residual, features, i, ok)
     most = float(residual.evidence(left, i, float(residual.quiet[i]))[ok].sum())
-    if best is not None and declared >= _ENOUGH * most:
+    if best is not None and declared >= LEARNING.slight * most:
         return best
-    fitted = _line(residual, features, i, ok, declared * (_DECLARED_FIRST if best is not None else 1.0))
+    fitted = _line(residual, features, i, ok, declared * (DISCOVERY.declared_first if best is not None else 1.0))
     return best if fitted is None else fitted
 
 
@@ -63,19 +58,19 @@ def _declared(
     residual: Residual, features: Features, i: int, ok: NDArray[np.intp]
 ) -> tuple[float, VariableEffect | None]:
     """The best of what roles declare, with its evidence, at least some nat."""
-    best: tuple[float, VariableEffect | None] = (2.0 * residual.log.settings.declared, None)
-    widest = _WIDEST * residual.quiet[i] / residual.window
+    best: tuple[float, VariableEffect | None] = (2.0 * DISCOVERY.declared, None)
+    widest = LEARNING.clear * residual.quiet[i] / residual.window
     for k in features.declared.get(i, ()):
         change = residual.clipped(features.values[:, k], i)
         left = (residual.values[:, i] - change)[ok]
         floor = float(np.hypot(residual.quiet[i], np.sqrt(2.0) * features.noise[k])) / residual.window
         acts = np.abs(change[ok]) > residual.quiet[i] / residual.window
-        spread = _MAD * np.median(np.abs(left[acts] if acts.sum() >= residual.log.settings.rows else left))
+        spread = _MAD * np.median(np.abs(left[acts] if acts.sum() >= LEARNING.rows else left))
         std = float(np.clip(spread, floor, max(widest, floor)))
         value = float(residual.evidence(change, i, std)[ok].sum())
-        if value + 2.0 * residual.log.settings.declared > best[0]:
+        if value + 2.0 * DISCOVERY.declared > best[0]:
             effect = VariableEffect(i, True, (k,), np.array([0.0, 1.0]), std)
-            best = value + 2.0 * residual.log.settings.declared, effect
+            best = value + 2.0 * DISCOVERY.declared, effect
     return best
 
 
@@ -87,14 +82,14 @@ def _line(residual: Residual, features: Features, i: int, ok: NDArray[np.intp], 
     chosen: tuple[int, ...] = ()
     best: VariableEffect | None = None
     left = residual.values[ok, i]
-    for step in range(residual.log.settings.most_inputs + 1):
+    for step in range(DISCOVERY.most_inputs + 1):
         free = [k for k in usable if k not in chosen]
         tried = [chosen] if step == 0 else [(*chosen, k) for k in _likely(features.values[ok], free, left)]
         fits = [f for columns in tried if (f := _least_squares(residual, features, i, ok, columns, len(usable)))]
         if not fits:
             break
         value, effect = max(fits, key=lambda f: f[0])
-        if value < least + (_MORE if step else 0.0):
+        if value < least + (DISCOVERY.more if step else 0.0):
             if step:
                 break
             continue
@@ -105,12 +100,12 @@ def _line(residual: Residual, features: Features, i: int, ok: NDArray[np.intp], 
 
 def _likely(values: FloatArray, free: list[int], left: FloatArray) -> list[int]:
     """The few columns that go best with what is left."""
-    if len(free) <= _TRIED + 1:
+    if len(free) <= DISCOVERY.tried + 1:
         return free
     x = values[:, free] - values[:, free].mean(axis=0)
     y = np.clip(left, *np.quantile(left, [0.03, 0.97]))
     match = np.abs(x.T @ (y - y.mean())) / np.maximum(np.linalg.norm(x, axis=0), 1e-12)
-    return [free[k] for k in np.argsort(-match, kind="stable")[:_TRIED]]
+    return [free[k] for k in np.argsort(-match, kind="stable")[: DISCOVERY.tried]]
 
 
 def _least_squares(
@@ -122,7 +117,7 @@ def _least_squares(
     candidates: int,
 ) -> tuple[float, VariableEffect] | None:
     """Trimmed least squares and its evidence less the price of its parameters."""
-    settings, quiet = residual.log.settings, residual.quiet[i] / residual.window
+    quiet = residual.quiet[i] / residual.window
     x = np.column_stack([np.ones(len(ok)), features.values[ok][:, list(columns)]])
     y = residual.values[ok, i]
     if len(ok) <= x.shape[1] + 4:
@@ -130,7 +125,7 @@ def _least_squares(
     scale = np.maximum(np.abs(x).max(axis=0), 1e-12)
     ends = [np.abs(residual.clipped(np.full(len(ok), far), i, ok) - y) for far in (-np.inf, np.inf)]
     # At a bound a line may go on beyond what the bound leaves of it.
-    at_end = (np.min(ends, axis=0) < _STUCK * quiet) & bool(columns)
+    at_end = (np.min(ends, axis=0) < LEARNING.clear * quiet) & bool(columns)
     keep = ~at_end
     for _ in range(3):
         if keep.sum() <= x.shape[1] + 2:
@@ -139,13 +134,13 @@ def _least_squares(
         told = x @ coefficients
         left = np.abs(y - residual.clipped(told, i, ok))
         beyond = at_end & (residual.clipped(told, i, ok) != told)
-        keep = (left <= _TRIM * max(_MAD * float(np.median(left)), quiet)) & ~beyond
-    std = min(max(_MAD * float(np.median(left)), quiet), _WIDEST * quiet)
+        keep = (left <= LEARNING.surely * max(_MAD * float(np.median(left)), quiet)) & ~beyond
+    std = min(max(_MAD * float(np.median(left)), quiet), LEARNING.clear * quiet)
     effect = VariableEffect(i, False, columns, coefficients, float(std))
     change = residual.clipped(effect.predict(features.values), i)
     # What is less than the noise by which it is judged can't tell when it acts: it is what other effects leave.
-    if not features.passive and np.abs(change[ok]).max() < settings.discernible * quiet:
+    if not features.passive and np.abs(change[ok]).max() < LEARNING.faint * quiet:
         return None
     value = float(residual.evidence(change, i, effect.std)[ok].sum())
-    price = 0.5 * len(coefficients) * np.log(len(ok)) + (np.log(candidates + 1.0) + settings.constant) * len(columns)
+    price = 0.5 * len(coefficients) * np.log(len(ok)) + (np.log(candidates + 1.0) + DISCOVERY.constant) * len(columns)
     return value - float(price), effect

@@ -11,6 +11,7 @@ from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.effects.alignment import Alignment
 from ichain_drake.learning.effects.columns import Column, candidate_columns
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
 
@@ -82,7 +83,7 @@ def _noise(residual: Residual, parent: str, column: Column) -> float:
 
 def _alive(residual: Residual, change: FloatArray, floor: float) -> BoolArray:
     """Whether a measured change is one: with those of the ticks beside it, or clearly by itself, shape (n_ticks,)."""
-    piece, band = residual.log.tick_piece, residual.log.settings.dead_band * floor
+    piece, band = residual.log.tick_piece, LEARNING.faint * floor
     same = np.r_[False, piece[1:] == piece[:-1]]
     left = np.where(same, np.r_[0.0, change[:-1]], 0.0)
     right = np.where(np.r_[same[1:], False], np.r_[change[1:], 0.0], 0.0)

@@ -12,18 +12,11 @@ from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.gate import Gate
 from ichain_drake.learning.discovery.inputs import caused, gate_inputs
 from ichain_drake.learning.discovery.log import Log
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.structure import Explained
 from ichain_drake.learning.discovery.term import Term
 from ichain_drake.learning.effects.alignment import position_groups
-
-_SURELY, _LIKELY = (
-    4.0,
-    1.5,
-)  # nat by which a tick is one in which it was seen to act; the second where the first are few
-_FEW = 8  # ticks
-_NARROW = 0.3  # share of a coordinate's range within which it always acted, so that it may be a condition
-_STILL_ACTS = 0.7  # share of these ticks that a tightened gate must keep
-_MARGIN, _NOISES = 0.15, 3.0  # of the width seen, and noises, that a new face stays away from what was seen
+from ichain_drake.learning.settings import LEARNING
 
 
 @dataclass(frozen=True)
@@ -75,10 +68,10 @@ def _row_status(log: Log, term: Term) -> tuple[BoolArray, BoolArray]:
     rows = np.arange(len(log.piece))
     inputs = gate_inputs(log, term.parent, term.child, term.alignment, term.others, (rows, rows))
     on = term.gate.holds(inputs.at(term.inputs))
-    shown = log.rows_of(np.abs(term.evidence) > log.settings.shows)
+    shown = log.rows_of(np.abs(term.evidence) > DISCOVERY.shows)
     if term.window > 1:  # its evidence is smeared over a window
         return on, shown
-    certain = log.settings.certain
+    certain = DISCOVERY.certain
     on[log.t[term.evidence > certain] + 1] = True
     on[log.t[term.evidence < -certain] + 1] = False
     evidence = np.zeros(len(rows))
@@ -102,12 +95,12 @@ def _tightened(log: Log, term: Term) -> Term:
     """
     views = gate_inputs(log, term.parent, term.child, term.alignment, term.others)
     values = views.at(term.inputs)
-    seen = term.on & (term.evidence > _SURELY)
-    if seen.sum() < _FEW:
-        seen = term.on & (term.evidence > _LIKELY)
+    seen = term.on & (term.evidence > DISCOVERY.seen)
+    if seen.sum() < LEARNING.several:
+        seen = term.on & (term.evidence > DISCOVERY.likely)
     if seen.sum() < 4:
         return term
-    if seen.sum() < _FEW:
+    if seen.sum() < LEARNING.several:
         seen = term.on
     barred = caused(views, log.spaces[term.child], term.child, term.parent, [e.variable for e in term.effects])
     use = {i.label for i, never in zip(views.items, barred, strict=True) if not never}
@@ -116,18 +109,18 @@ def _tightened(log: Log, term: Term) -> Term:
         if item.label not in use or not item.place or item.owner not in (term.parent, term.child):
             continue
         (a, b), (least, most) = np.quantile(values[seen, j], [0.05, 0.95]), np.quantile(values[:, j], [0.02, 0.98])
-        if most - least < 1e-9 or b - a > _NARROW * (most - least):
+        if most - least < 1e-9 or b - a > LEARNING.reach * (most - least):
             continue
         group = position_groups(log.spaces[item.owner])[0]
         noise = float(np.mean(log.noise[item.owner][list(group.indices)]))
-        margin = _MARGIN * (b - a) + _NOISES * noise
+        margin = 0.5 * LEARNING.reach * (b - a) + LEARNING.clear * noise
         a, b = np.quantile(values[seen, j], [0.02, 0.98])
-        far = (b - a) + 2 * _NOISES * noise  # a face that evidence put near stays
+        far = (b - a) + 2 * LEARNING.clear * noise  # a face that evidence put near stays
         low[j] = a - margin if a - low[j] > far else low[j]
         high[j] = b + margin if high[j] - b > far else high[j]
     gate = Gate(low, high)
     on = gate.holds(values)
-    return replace(term, gate=gate, on=on) if (on & seen).sum() >= _STILL_ACTS * seen.sum() else term
+    return replace(term, gate=gate, on=on) if (on & seen).sum() >= DISCOVERY.acts * seen.sum() else term
 
 
 def open_stretches(open_rows: BoolArray, most: int) -> list[tuple[int, int]]:

@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.inputs import GateInputs
+from ichain_drake.learning.discovery.settings import DISCOVERY
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_SWEEPS = 25  # faces that a search moves at most
-_STARTS = 3  # inputs that it starts from, beside the best
-_SPEAKS = 0.5  # nat that a row must say to be one that speaks for or against a face
-_REACH = 0.3  # of the width seen: how far beyond what spoke for it a face goes into a gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +84,7 @@ class GateSearch:
         results = [(gate, value)]
         seen: set[int] = set()
         for move in ranked:
-            if move.value <= 0 or len(seen) >= _STARTS:
+            if move.value <= 0 or len(seen) >= DISCOVERY.starts:
                 break
             if move.index not in seen:
                 seen.add(move.index)
@@ -98,7 +95,7 @@ class GateSearch:
         n = len(usable)
         low, high = np.full(n, -np.inf), np.full(n, np.inf)
         best, ranked = float(evidence.sum()), None
-        for _ in range(_SWEEPS):
+        for _ in range(LEARNING.sweeps):
             moves, weights = self._moves(evidence, usable, low, high)
             if ranked is None:
                 faced = [m for m in moves if m.low is not None or m.high is not None]
@@ -150,21 +147,21 @@ class GateSearch:
 
 def _upper_face(values: FloatArray, evidence: FloatArray, k: int) -> float:
     """Into the middle between the last row that speaks for it and the next that speaks against, not far into a gap."""
-    speaking = np.flatnonzero(evidence[: k + 1] > _SPEAKS)
+    speaking = np.flatnonzero(evidence[: k + 1] > DISCOVERY.speaks)
     a, first = (values[speaking[-1]], values[speaking[0]]) if len(speaking) else (values[k], values[k])
-    against = np.flatnonzero(evidence[k + 1 :] < -_SPEAKS)
+    against = np.flatnonzero(evidence[k + 1 :] < -DISCOVERY.speaks)
     b = values[k + 1 + against[0]] if len(against) else values[min(k + 1, len(values) - 1)]
     return _within(float(a), float(b), float(first))
 
 
 def _lower_face(values: FloatArray, evidence: FloatArray, k: int) -> float:
-    speaking = k + np.flatnonzero(evidence[k:] > _SPEAKS)
+    speaking = k + np.flatnonzero(evidence[k:] > DISCOVERY.speaks)
     a, first = (values[speaking[0]], values[speaking[-1]]) if len(speaking) else (values[k], values[k])
-    against = np.flatnonzero(evidence[:k] < -_SPEAKS)
+    against = np.flatnonzero(evidence[:k] < -DISCOVERY.speaks)
     b = values[against[-1]] if len(against) else values[max(k - 1, 0)]
     return _within(float(a), float(b), float(first))
 
 
 def _within(a: float, b: float, first: float) -> float:
-    reach = _REACH * abs(a - first) if a != first else np.inf
+    reach = LEARNING.reach * abs(a - first) if a != first else np.inf
     return float(a + np.clip(0.5 * (b - a), -reach, reach))

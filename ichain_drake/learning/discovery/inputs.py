@@ -10,6 +10,7 @@ import numpy as np
 from ichain_drake.learning.blocks import IntArray
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.log import Log
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import Alignment, PositionGroup, position_groups
 from ichain_drake.state import FloatArray, StateSpace
 
@@ -80,7 +81,7 @@ def gate_inputs(
     if parent != child:
         _add_object(log, parent, later, items, columns)
         for label, values in _relative(log, parent, child, alignment, earlier):
-            price = log.settings.face
+            price = DISCOVERY.face
             items.append(GateInput(parent, label, True, True, (), False, price))
             columns.append(values)
     _add_object(log, child, earlier, items, columns)
@@ -153,13 +154,13 @@ def _relative(
 
 
 def _add_object(log: Log, obj: str, rows: IntArray, items: list[GateInput], columns: list[FloatArray]) -> None:
-    space, settings = log.spaces[obj], log.settings
+    space = log.spaces[obj]
     placed: set[int] = set()
     for group, place in _place(log, obj, rows):
         placed |= set(group.indices)
         for k, axis in enumerate(group.axes):
             items.append(
-                GateInput(obj, f"{obj} at {group.frame} {axis}", True, False, group.indices, False, settings.face)
+                GateInput(obj, f"{obj} at {group.frame} {axis}", True, False, group.indices, False, DISCOVERY.face)
             )
             columns.append(place[:, k])
     for i in log.data.variables[obj]:
@@ -167,6 +168,6 @@ def _add_object(log: Log, obj: str, rows: IntArray, items: list[GateInput], colu
             continue
         variable = space.variables[i]
         unlikely = variable.role is not None and variable.role.kind in ("amount", "intensive", "orientation")
-        price = settings.unlikely_face if unlikely else settings.face
+        price = DISCOVERY.unlikely_face if unlikely else DISCOVERY.face
         items.append(GateInput(obj, f"{obj}.{variable.name}", False, False, (i,), variable.kind == "binary", price))
         columns.append(log.states[obj][rows][:, i])

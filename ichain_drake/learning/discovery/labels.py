@@ -15,7 +15,6 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.blocks import runs
 from ichain_drake.learning.discovery.log import RawPiece
 from ichain_drake.learning.discovery.search import FoundEdge, search
-from ichain_drake.learning.discovery.settings import DiscoverySettings
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
 
@@ -119,7 +118,6 @@ def known_flags(piece: Demonstration, edge: Interaction) -> FloatArray | None:
 def label_pieces(
     pieces: Sequence[Demonstration],
     graph: InteractionGraph,
-    settings: DiscoverySettings | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Labelled:
     """Flags of all interactions in all rows: those that are known, and else the likeliest.
@@ -130,7 +128,6 @@ def label_pieces(
     Args:
         pieces: with all objects; flag columns may be missing or hold NaN.
         graph: the interaction graph.
-        settings: of the search.
         say: called with a line at each step.
 
     Raises:
@@ -142,7 +139,7 @@ def label_pieces(
     if len(whole) == len(graph.interactions):
         return Labelled(tuple(pieces), graph, (), rows)
     spaces = {n: s.observable for n, s in graph.objects.items()}
-    found = search(raw, spaces, graph.root, graph.interactions, (), settings, say)
+    found = search(raw, spaces, graph.root, graph.interactions, (), say)
     inferred = {f.edge: f for f in found if f.edge not in whole}
     shown = {e for r in raw for e, values in r.known.items() if (values == 1.0).any()}
     unseen = tuple(e for e in graph.interactions if e not in inferred and e not in shown)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.blocks import IntArray, interleaved_blocks
 from ichain_drake.learning.data import BoolArray, GraphData, Piece
-from ichain_drake.learning.discovery.settings import DiscoverySettings
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import position_groups
 from ichain_drake.learning.noise import measurement_std
 from ichain_drake.state import FloatArray, StateSpace
@@ -52,7 +52,6 @@ class Log:
         fold, block: part in which each tick is left out, and the stretch of ticks that it belongs to.
         turns: how each frame's coordinates turn into the root's, as far as it is known; filled as it becomes so.
         known: statuses that are known at the ends of ticks, 1, 0 or NaN.
-        settings: of the search.
     """
 
     data: GraphData
@@ -66,7 +65,6 @@ class Log:
     block: IntArray
     turns: dict[str, FloatArray]
     known: dict[Interaction, FloatArray]
-    settings: DiscoverySettings
 
     @property
     def spaces(self) -> dict[str, StateSpace]:
@@ -101,7 +99,6 @@ def make_log(
     spaces: Mapping[str, StateSpace],
     root: str,
     turns: dict[str, FloatArray],
-    settings: DiscoverySettings,
 ) -> Log:
     """Ticks of pieces.
 
@@ -110,7 +107,6 @@ def make_log(
         spaces: observable state space per object.
         root: the robot, or what stands for it.
         turns: see `Log`.
-        settings: of the search.
     """
     ordered = sorted(pieces, key=lambda p: tuple(sorted(digest(column) for column in p.states[root].T)))
     keys = {
@@ -131,7 +127,7 @@ def make_log(
     t = np.flatnonzero(piece[1:] == piece[:-1])
     first = np.r_[True, piece[1:] != piece[:-1]][t]
     row = np.concatenate([np.arange(len(p) - 1) for p in quiet])
-    _, block = np.unique(piece[t] * (row.max() + 1) + row // settings.block, return_inverse=True)
+    _, block = np.unique(piece[t] * (row.max() + 1) + row // (2 * DISCOVERY.window), return_inverse=True)
     for group in position_groups(spaces[root]):
         turns.setdefault(group.frame, np.eye(len(group.indices)))
     known = {}
@@ -147,9 +143,8 @@ def make_log(
         piece=piece,
         t=t,
         back=np.where(first, t, t - 1),
-        fold=interleaved_blocks(piece[t], settings.folds, settings.block),
+        fold=interleaved_blocks(piece[t], DISCOVERY.parts, 2 * DISCOVERY.window),
         block=np.asarray(block, dtype=np.intp).ravel(),
         turns=turns,
         known=known,
-        settings=settings,
     )

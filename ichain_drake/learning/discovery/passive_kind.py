@@ -8,12 +8,9 @@ import numpy as np
 
 from ichain_drake.learning.discovery.log import Log
 from ichain_drake.learning.discovery.residual import Residual, observed
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.term_fit import fit_term
-
-_AT_REST = 0.4  # share of rows that a rest value is read in at least
-_NEAR = 3.0  # noises within which it is
-_NEVER_LEAVES = 0.8  # of a change's square: a distance from rest of no more is one reading's noise against two
-_CLEARLY = 5.0  # nat
+from ichain_drake.learning.settings import LEARNING
 
 
 def constant_values(log: Log, child: str, parents: Sequence[str]) -> dict[int, float | None]:
@@ -27,17 +24,17 @@ def constant_values(log: Log, child: str, parents: Sequence[str]) -> dict[int, f
         out[i] = None
         value, noise = log.states[child][:, i], log.noise[child][i]
         middle = float(np.median(value))
-        if space.angle_mask[i] or np.mean(np.abs(value - middle) <= _NEAR * noise) < _AT_REST:
+        if space.angle_mask[i] or np.mean(np.abs(value - middle) <= LEARNING.clear * noise) < DISCOVERY.rest:
             continue
         change = space.difference(log.states[child][log.t + 1], log.states[child][log.t])[:, i]
-        if np.mean((value - middle) ** 2) < _NEVER_LEAVES * np.mean(change**2):
+        if np.mean((value - middle) ** 2) < DISCOVERY.leaves * np.mean(change**2):
             out[i] = middle
             continue
         role = space.variables[i].role
         if role is not None and role.kind in ("position", "amount", "intensive"):
             continue
         held, back = (_likelihood(log, child, i, rest, parents) for rest in (None, middle))
-        if back > held + _CLEARLY:
+        if back > held + DISCOVERY.clearly:
             out[i] = middle
     return out
 

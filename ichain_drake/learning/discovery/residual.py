@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.inputs import is_change
 from ichain_drake.learning.discovery.log import Log
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.term import Term
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray, wrap_angle
-
-_AT_BOUND = 3.0  # noises
 
 
 class Residual:
@@ -61,7 +61,7 @@ class Residual:
             role = self.space.variables[i].role
             if role is not None and role.kind == "intensive":
                 amount = self.space.index(role.of)
-                least = self.log.settings.empty * self.log.noise[self.child][amount]
+                least = LEARNING.empty * self.log.noise[self.child][amount]
                 out[i] = (after[:, amount] < least) | (before[:, amount] < least)
         return out
 
@@ -107,7 +107,7 @@ class Residual:
         if value is not None:
             return np.clip(change, low - value, high - value)
         # A reading within its noise of a bound stands there: what is left of the way would be that reading's own noise.
-        below, above = (w * (np.abs(w) > _AT_BOUND * self.quiet[i]) for w in self._ways(low, high, i, ticks))
+        below, above = (w * (np.abs(w) > LEARNING.clear * self.quiet[i]) for w in self._ways(low, high, i, ticks))
         return np.clip(change, below, above)
 
     def _ways(self, low: float, high: float, i: int, ticks: NDArray[np.intp] | slice) -> tuple[FloatArray, FloatArray]:
@@ -125,20 +125,19 @@ class Residual:
             i: index of the variable.
             std: of what it leaves.
         """
-        settings = self.log.settings
         quiet, span = self.spread[:, i] / self.window, self.span[i] / self.window
         left = self.values[:, i]
         # Of means, whose spread is not read but follows from one tick's, the same spread for both: an effect has to
         # predict them better, and not merely to be vaguer.
         acting = np.where(change == 0, quiet, np.maximum(std, quiet))
-        ratio = np.log(_density(left - change, acting, span, settings.outliers))
-        ratio -= np.log(_density(left, quiet if self.window == 1 else acting, span, settings.outliers))
+        ratio = np.log(_density(left - change, acting, span, DISCOVERY.outliers))
+        ratio -= np.log(_density(left, quiet if self.window == 1 else acting, span, DISCOVERY.outliers))
         ratio = np.where(self.telling(i), ratio / self.window, 0.0)
-        return np.asarray(np.clip(ratio, -settings.clip, settings.clip))
+        return np.asarray(np.clip(ratio, -DISCOVERY.clip, DISCOVERY.clip))
 
     def log_likelihood(self, i: int) -> float:
         """Of a variable's residuals if nothing acts [nat]."""
-        density = _density(self.values[:, i], self.quiet[i], self.span[i], self.log.settings.outliers)
+        density = _density(self.values[:, i], self.quiet[i], self.span[i], DISCOVERY.outliers)
         return float(np.log(density).sum())
 
 

@@ -6,13 +6,13 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.flags import edge_flags
 from ichain_drake.learning.discovery.log import Log, RawPiece, digest, make_log
-from ichain_drake.learning.discovery.settings import DiscoverySettings
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.structure import Explained, Rival, certainty, explain
 from ichain_drake.learning.effects.alignment import position_groups
 from ichain_drake.state import FloatArray, StateSpace
@@ -51,7 +51,6 @@ def search(
     root: str,
     candidates: Collection[Interaction],
     required: Collection[Interaction] = (),
-    settings: DiscoverySettings | None = None,
     say: Callable[[str], None] | None = None,
 ) -> list[FoundEdge]:
     """Gated effects of all objects, as interactions with their statuses.
@@ -62,18 +61,17 @@ def search(
         root: the robot, on which nothing acts.
         candidates: interactions that there may be.
         required: of these, those that surely are.
-        settings: of the search.
         say: called with a line before each object.
     """
-    settings, tell = settings or DiscoverySettings(), say or (lambda line: None)
+    tell = say or (lambda line: None)
     turns: dict[str, FloatArray] = {}
     logs: dict[tuple[int, ...], Log] = {}
     out: list[FoundEdge] = []
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         for child in _in_order(pieces, spaces, root, candidates):
             tell(f"what acts on {child}")
             having = _telling(pieces, child, root)
-            log = logs.get(having) or _log(pieces, having, child, spaces, root, turns, settings)
+            log = logs.get(having) or _log(pieces, having, child, spaces, root, turns)
             if root in log.spaces:
                 logs[having] = log
             parents = [e.parent for e in log.data.edges if e in candidates and e.child == child]
@@ -108,13 +106,12 @@ def _log(
     spaces: Mapping[str, StateSpace],
     root: str,
     turns: dict[str, FloatArray],
-    settings: DiscoverySettings,
 ) -> Log:
     """Ticks of some pieces with the objects that all of them hold; without the robot another stands for it."""
     chosen = [pieces[i] for i in having]
     names = [n for n in spaces if all(n in p.states for p in chosen)]
     top = root if root in names else next((n for n in names if n != child), child)
-    return make_log(chosen, {n: spaces[n] for n in names}, top, turns, settings)
+    return make_log(chosen, {n: spaces[n] for n in names}, top, turns)
 
 
 def _edges(log: Log, found: Explained) -> list[FoundEdge]:
@@ -123,7 +120,7 @@ def _edges(log: Log, found: Explained) -> list[FoundEdge]:
     for edge, flags in edge_flags(log, found).items():
         own = [(t, r) for t, r in zip(found.terms, found.rivals, strict=True) if t.parent == edge.parent]
         about = own or [(t, ()) for t in found.terms if edge.parent in t.objects and t.parent != edge.parent]
-        shows = np.any([t.on & (t.evidence > log.settings.shows) for t, _ in about], axis=0)
+        shows = np.any([t.on & (t.evidence > DISCOVERY.shows) for t, _ in about], axis=0)
         rivals = {r.parent: r for _, others in about for r in others if r.parent != child}
         confidence = max(certainty(t.left_out, log) for t, _ in about)
         confidence *= 1.0 - max([0.0, *(r.probability for r in rivals.values())])

@@ -11,15 +11,12 @@ from scipy.special import ndtr
 from ichain_drake.learning.discovery.log import Log
 from ichain_drake.learning.discovery.passive_kind import constant_values
 from ichain_drake.learning.discovery.residual import Residual
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.term import Term
 from ichain_drake.learning.discovery.term_fit import fit_passive, fit_term, judged
 from ichain_drake.learning.selection import by_part, clearly
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_WORTH_JUDGING = 0.3  # of the best candidate's evidence
-_NEAR = 0.5  # of the best score: candidates that may be as good once their gates look at other objects
-_LOOKING = 4  # of these that are looked at
-_LOOKS_PAYS = 20.0, 0.1  # nat, and share of its own evidence, that a gate must gain by looking at other objects
 
 
 @dataclass(frozen=True)
@@ -66,7 +63,7 @@ def explain(log: Log, child: str, parents: Sequence[str], required: Sequence[str
     if own is not None:
         terms.append(own)
         rivals.append(())
-    while len(terms) < log.settings.most_terms:
+    while len(terms) < DISCOVERY.most_terms:
         residual.leave(terms)
         best, others = _next(residual, terms, parents, required)
         if best is None:
@@ -94,12 +91,12 @@ def certainty(left_out: FloatArray, log: Log) -> float:
 
 def score(term: Term, log: Log) -> float:
     """Evidence on left-out ticks less its price [nat]."""
-    return term.gain - term.price(log.settings)
+    return term.gain - term.price()
 
 
 def _passive_motion(residual: Residual) -> Term | None:
     """What the object does all the time by itself, if anything: an interaction perturbs it, and doesn't replace it."""
-    for window in (1, residual.log.settings.window):
+    for window in (1, DISCOVERY.window):
         residual.leave((), window)
         term = fit_passive(residual)
         if term is not None and _pays(term, residual.log, 2) and _goes_on(term, residual.log):
@@ -109,22 +106,21 @@ def _passive_motion(residual: Residual) -> Term | None:
 
 def _goes_on(term: Term, log: Log) -> bool:
     """Whether hardly a tick speaks against what an object is said to do all the time."""
-    settings = log.settings
-    return bool(np.mean(term.evidence < -settings.shows) <= settings.against)
+    return bool(np.mean(term.evidence < -DISCOVERY.shows) <= LEARNING.near)
 
 
 def _next(
     residual: Residual, terms: Sequence[Term], parents: Sequence[str], required: Sequence[str]
 ) -> tuple[Term | None, tuple[Rival, ...]]:
     """The term that pays most on what others leave, and its rivals."""
-    log, settings = residual.log, residual.log.settings
+    log = residual.log
     missing = set(required) - {t.parent for t in terms}
     candidates = []
-    for window in (1, settings.window):
+    for window in (1, DISCOVERY.window):
         residual.leave(terms, window)
         for parent in (residual.child, *parents):
             term = fit_term(residual, parent)
-            if term is not None and (term.value > settings.least or parent in missing):
+            if term is not None and (term.value > DISCOVERY.least or parent in missing):
                 candidates.append(term)
     if not candidates:
         return None, ()
@@ -132,7 +128,7 @@ def _next(
     tried = len(candidates)
     paying: list[Term] = []
     for term in candidates:
-        if term.value < _WORTH_JUDGING * top and term.parent not in missing:
+        if term.value < DISCOVERY.worth * top and term.parent not in missing:
             continue
         residual.leave(terms, term.window)
         found = judged(residual, term)
@@ -141,13 +137,15 @@ def _next(
     if not paying:
         return None, ()
     paying.sort(key=lambda t: -score(t, log))
-    near = [t for t in paying[:_LOOKING] if score(t, log) > _NEAR * score(paying[0], log)]
+    near = [t for t in paying[: DISCOVERY.looking] if score(t, log) > DISCOVERY.close * score(paying[0], log)]
     widened = [_looking_around(residual, terms, t, parents) for t in near or paying[:1]]
     best = _most_direct(max(widened, key=lambda t: score(t, log)), widened, log)
     same = [
         Rival(t.parent, 1.0 - certainty(best.left_out - t.left_out, log))
         for t in (*widened, *paying[len(widened) :])
-        if t.parent not in (best.parent, residual.child) and _same(t, best) and score(t, log) > _NEAR * score(best, log)
+        if t.parent not in (best.parent, residual.child)
+        and _same(t, best)
+        and score(t, log) > DISCOVERY.close * score(best, log)
     ]
     return best, tuple(same)
 
@@ -171,7 +169,7 @@ def _most_direct(best: Term, others: Sequence[Term], log: Log) -> Term:
 
 
 def _pays(term: Term, log: Log, tried: int) -> bool:
-    return term.gain > log.settings.least and clearly(by_part(term.left_out, log.block), tried)
+    return term.gain > DISCOVERY.least and clearly(by_part(term.left_out, log.block), tried)
 
 
 def _same(a: Term, b: Term) -> bool:
@@ -191,10 +189,10 @@ def _looking_around(residual: Residual, terms: Sequence[Term], term: Term, paren
         wider = fit_term(residual, term.parent, parents, start)
         if wider is None or not wider.objects - {term.parent, residual.child}:
             continue
-        if wider.value <= term.value + log.settings.other_object:
+        if wider.value <= term.value + DISCOVERY.other_object:
             continue
         wider = judged(residual, wider)
-        least, share = _LOOKS_PAYS
+        least, share = DISCOVERY.pays, DISCOVERY.pays_share
         if score(wider, log) > score(best, log) + max(least, share * best.gain):
             best = wider
     return best
@@ -227,7 +225,7 @@ def _take_back(residual: Residual, terms: list[Term], rivals: list[tuple[Rival, 
         if terms[k].gate.faces or terms[k].parent != residual.child:
             terms[k] = judged(residual, terms[k])
         gains = by_part(terms[k].left_out, residual.log.block)
-        if (terms[k].gain < residual.log.settings.least or not clearly(gains)) and terms[k].parent not in required:
+        if (terms[k].gain < DISCOVERY.least or not clearly(gains)) and terms[k].parent not in required:
             terms.pop(k)
             rivals.pop(k)
             for i in range(len(terms)):

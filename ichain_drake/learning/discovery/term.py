@@ -9,7 +9,7 @@ import numpy as np
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.gate import Gate
 from ichain_drake.learning.discovery.inputs import GateInput
-from ichain_drake.learning.discovery.settings import DiscoverySettings
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import Alignment
 from ichain_drake.state import FloatArray
 
@@ -36,9 +36,9 @@ class VariableEffect:
         """Change, shape (n,), from all columns, shape (n, n_columns)."""
         return np.asarray(self.coefficients[0] + columns[:, list(self.columns)] @ self.coefficients[1:])
 
-    def price(self, settings: DiscoverySettings) -> float:
+    def price(self) -> float:
         """Of its parameters [nat]."""
-        return settings.declared if self.declared else settings.constant + settings.slope * len(self.columns)
+        return DISCOVERY.declared if self.declared else DISCOVERY.constant + DISCOVERY.slope * len(self.columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,13 +87,13 @@ class Term:
         """Evidence on left-out ticks [nat]."""
         return float(self.left_out.sum())
 
-    def price(self, settings: DiscoverySettings) -> float:
+    def price(self) -> float:
         """Of what it consists of, on left-out data too: prefers the declared and the near [nat]."""
         owners = self.objects - {self.child}
         return (
-            settings.face * self.gate.faces
-            + sum(e.price(settings) for e in self.effects)
-            + settings.other_object * len(owners)
+            DISCOVERY.face * self.gate.faces
+            + sum(e.price() for e in self.effects)
+            + DISCOVERY.other_object * len(owners)
         )
 
     def text(self, names: tuple[str, ...]) -> str:

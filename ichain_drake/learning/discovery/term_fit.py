@@ -14,15 +14,13 @@ from ichain_drake.learning.discovery.features import Features, features
 from ichain_drake.learning.discovery.gate import Gate, GateSearch
 from ichain_drake.learning.discovery.inputs import GateInputs, caused, gate_inputs
 from ichain_drake.learning.discovery.residual import Residual
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.starts import starts
 from ichain_drake.learning.discovery.term import Term, VariableEffect
 from ichain_drake.learning.discovery.turning import tick_alignment
 from ichain_drake.learning.effects.alignment import Alignment, position_groups
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_ROUNDS = 5
-_LEFT_OUT_ROUNDS = 3
-_STEP = 0.5  # of the 90th percentile of an effect: beyond it is the upper side of a step
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +36,7 @@ class _Views:
 def _views(residual: Residual, parent: str, others: Sequence[str], alignment: Alignment | None) -> _Views:
     log, child = residual.log, residual.child
     inputs = gate_inputs(log, parent, child, alignment, others)
-    search = GateSearch(inputs, {parent, child}, log.settings.other_object)
+    search = GateSearch(inputs, {parent, child}, DISCOVERY.other_object)
     return _Views(alignment, inputs, features(residual, parent, alignment), search)
 
 
@@ -60,19 +58,19 @@ def fit_term(
     alignment = None
     if movable:  # where both move, they may move together
         indices = list(position_groups(residual.space)[0].indices)
-        loud = np.abs(residual.values[:, indices]) > log.settings.perturbed * residual.spread[:, indices]
+        loud = np.abs(residual.values[:, indices]) > LEARNING.surely * residual.spread[:, indices]
         alignment = tick_alignment(log, parent, residual.child, np.asarray(loud.any(axis=1)))
     views = _views(residual, parent, others, alignment)
     best: Term | None = None
     for rows in [start] if start is not None else starts(residual, views.inputs, every):
-        term = _climb(residual, parent, others, views, rows, every, _ROUNDS, movable=movable)
+        term = _climb(residual, parent, others, views, rows, every, DISCOVERY.rounds, movable=movable)
         if term is not None and (best is None or term.value > best.value):
             best = term
     if best is not None and any(e.columns and not e.declared for e in best.effects):
         # A line in an input may be a step of it: what a gate and a constant say with fewer parameters.
         size = np.abs(best.predicted[:, [e.variable for e in best.effects]]).max(axis=1)
-        high = best.on & (size > _STEP * np.quantile(size[best.on], 0.9)) if best.on.any() else best.on
-        step = _climb(residual, parent, others, views, high, every, _ROUNDS, movable=movable)
+        high = best.on & (size > DISCOVERY.close * np.quantile(size[best.on], 0.9)) if best.on.any() else best.on
+        step = _climb(residual, parent, others, views, high, every, DISCOVERY.rounds, movable=movable)
         if step is not None and step.value > best.value:
             best = step
     return best
@@ -97,7 +95,7 @@ def fit_passive(residual: Residual) -> Term | None:
         gains += np.where(out, explained(residual, fitted(~out), views.columns)[0], 0.0)
     evidence, predicted = explained(residual, effects, views.columns)
     none = np.full(len(views.inputs.items), np.inf)
-    value = float(evidence.sum()) - sum(e.price(residual.log.settings) for e in effects)
+    value = float(evidence.sum()) - sum(e.price() for e in effects)
     return Term(
         residual.child, residual.child, effects, Gate(-none, none), views.inputs.items, views.columns.labels, None, (),
         residual.window, every, predicted, evidence, value, gains,
@@ -111,7 +109,9 @@ def judged(residual: Residual, term: Term) -> Term:
     for k in np.unique(residual.log.fold):
         train = residual.log.fold != k
         rows = term.on & train
-        fitted = _climb(residual, term.parent, term.others, views, rows, train, _LEFT_OUT_ROUNDS, movable=False)
+        fitted = _climb(
+            residual, term.parent, term.others, views, rows, train, DISCOVERY.left_out_rounds, movable=False
+        )
         if fitted is not None:
             gains += np.where(~train & fitted.on, fitted.evidence, 0.0)
     return replace(term, left_out=gains)
@@ -129,7 +129,6 @@ def _climb(
     movable: bool,
 ) -> Term | None:
     """Alternate between effect and gate until the gate stays."""
-    settings = residual.log.settings
     best: Term | None = None
     before = b""
     for k in range(rounds):
@@ -142,7 +141,7 @@ def _climb(
         usable = ~caused(views.inputs, residual.space, residual.child, parent, changed)
         gate, value = views.search(np.where(train, evidence, 0.0), usable)
         on = gate.holds(views.inputs.values)
-        value -= sum(e.price(settings) for e in effects)
+        value -= sum(e.price() for e in effects)
         term = Term(
             parent, residual.child, effects, gate, views.inputs.items, views.columns.labels, views.alignment,
             tuple(others), residual.window, on, predicted, evidence, value, np.zeros(len(on)),
@@ -152,8 +151,8 @@ def _climb(
         if on.tobytes() == before:
             break
         before, rows = on.tobytes(), on
-        if movable and k < _ROUNDS - 2:
-            alignment = tick_alignment(residual.log, parent, residual.child, on & (evidence > settings.shows) & train)
+        if movable and k < DISCOVERY.rounds - 2:
+            alignment = tick_alignment(residual.log, parent, residual.child, on & (evidence > DISCOVERY.shows) & train)
             if alignment is not None:
                 views = _views(residual, parent, others, alignment)
     return best
@@ -164,5 +163,5 @@ def _pinned(residual: Residual, parent: str, evidence: FloatArray) -> FloatArray
     known = residual.log.known.get(Interaction(parent, residual.child))
     if known is None:
         return evidence
-    clip = residual.log.settings.clip
+    clip = DISCOVERY.clip
     return np.where(np.isfinite(known), clip * np.sign(known - 0.5), evidence)

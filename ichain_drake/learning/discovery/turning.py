@@ -10,15 +10,10 @@ import numpy as np
 
 from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.log import Log
+from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import Alignment, position_groups
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-_UNTURNED = 0.1  # weight of the prior that frames are not turned, of the displacements' own
-_SWAY_RIDGE = 0.01
-_TURNING = 0.05  # change of cosines and sines
-_TRIM = 3.0  # residuals beyond so many medians are left out
-_KEPT = 0.8  # share of the ticks by which the fit is judged
-_UNEXPLAINED = 0.5  # share of the child's motion that may remain
 
 
 def tick_alignment(log: Log, parent: str, child: str, on: BoolArray) -> Alignment | None:
@@ -30,21 +25,21 @@ def tick_alignment(log: Log, parent: str, child: str, on: BoolArray) -> Alignmen
     moved_c = (log.states[child][log.t + 1] - log.states[child][log.t])[:, ic]
     angles = tuple(np.flatnonzero(log.spaces[parent].angle_mask).tolist())
     turned = _circular(after, angles) - _circular(before, angles)
-    least = log.settings.moving * np.sqrt(2.0) * float(np.linalg.norm(log.noise[parent][ip]))
+    least = LEARNING.surely * np.sqrt(2.0) * float(np.linalg.norm(log.noise[parent][ip]))
     rows = on & (np.linalg.norm(moved_p, axis=1) > least)
-    if rows.sum() < log.settings.rows:
+    if rows.sum() < LEARNING.rows:
         return None
-    still = rows & (np.abs(turned).sum(axis=1) < _TURNING)
-    fit = still if still.sum() >= log.settings.rows else rows
+    still = rows & (np.abs(turned).sum(axis=1) < LEARNING.near)
+    fit = still if still.sum() >= LEARNING.rows else rows
     same_axes = p.axes == c.axes
     turn = np.eye(len(ic)) if p.frame == c.frame and same_axes else _turn(moved_p[fit], moved_c[fit], rigid=same_axes)
     sway = np.zeros((len(ic), 2 * len(angles)))
     if angles:
-        gram = turned[rows].T @ turned[rows] + _SWAY_RIDGE * np.eye(turned.shape[1])
+        gram = turned[rows].T @ turned[rows] + DISCOVERY.sway * np.eye(turned.shape[1])
         sway = np.linalg.solve(gram, turned[rows].T @ (moved_c - moved_p @ turn.T)[rows]).T
     left = (moved_c - moved_p @ turn.T - turned @ sway.T)[rows]
     share = _smaller(left) / max(_smaller(moved_c[rows]), 1e-12)
-    if share > _UNEXPLAINED:
+    if share > LEARNING.unexplained:
         return None
     place = log.states[parent][log.t][:, ip] @ turn.T + _circular(before, angles) @ sway.T
     shift = np.median((log.states[child][log.t][:, ic] - place)[rows], axis=0)
@@ -57,7 +52,7 @@ def _turn(moved_p: FloatArray, moved_c: FloatArray, *, rigid: bool) -> FloatArra
     for _ in range(4):
         if rigid:
             cross = moved_c[keep].T @ moved_p[keep]
-            prior = _UNTURNED * np.trace(moved_p[keep].T @ moved_p[keep]) / len(cross) * np.eye(len(cross))
+            prior = DISCOVERY.unturned * np.trace(moved_p[keep].T @ moved_p[keep]) / len(cross) * np.eye(len(cross))
             u, _, vt = np.linalg.svd(cross + prior)
             sign = np.ones(len(u))
             sign[-1] = np.sign(np.linalg.det(u @ vt))
@@ -65,7 +60,7 @@ def _turn(moved_p: FloatArray, moved_c: FloatArray, *, rigid: bool) -> FloatArra
         else:
             turn = np.asarray(np.linalg.lstsq(moved_p[keep], moved_c[keep], rcond=None)[0].T)
         residual = np.linalg.norm(moved_c - moved_p @ turn.T, axis=1)
-        kept = residual <= _TRIM * max(float(np.median(residual)), 1e-9)
+        kept = residual <= LEARNING.clear * max(float(np.median(residual)), 1e-9)
         if kept.sum() < 4:
             break
         keep = kept
@@ -79,4 +74,4 @@ def _circular(states: FloatArray, angles: tuple[int, ...]) -> FloatArray:
 
 def _smaller(rows: FloatArray) -> float:
     squares = np.sort((rows**2).sum(axis=1))
-    return float(squares[: max(1, int(_KEPT * len(squares)))].sum())
+    return float(squares[: max(1, int(LEARNING.kept * len(squares)))].sum())

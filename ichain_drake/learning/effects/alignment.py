@@ -16,15 +16,8 @@ from numpy.typing import NDArray
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.blocks import runs
 from ichain_drake.learning.data import GraphData
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray, StateSpace
-
-_TICKS = 3  # displacements over so many ticks: longer than sensor noise, shorter than a change of grasp
-_LEAST_ROWS = 8
-_TURNING = 0.05  # change of cosines and sines
-_SWAY_RIDGE = 0.3
-_MOVING = 8.0  # times the noise of a displacement
-_UNEXPLAINED = 0.3  # share of the child's motion that may remain
-_TRIM = 3.0  # residuals beyond so many medians are left out: the child may also be turned, pushed or dropped
 
 
 @dataclass(frozen=True)
@@ -155,9 +148,9 @@ def learn_alignment(data: GraphData, edge: Interaction, noise: Mapping[str, Floa
     for piece in data.pieces:
         both = np.hstack([piece.states[edge.parent], piece.states[edge.child]])
         for a, b in runs(piece.flags[edge]):
-            starts = np.arange(a, b - _TICKS)
+            starts = np.arange(a, b - LEARNING.ticks)
             now.append(both[starts])
-            then.append(both[starts + _TICKS])
+            then.append(both[starts + LEARNING.ticks])
     n = len(space)
     before, after = np.vstack(now or [np.zeros((0, 1))]), np.vstack(then or [np.zeros((0, 1))])
     same_frame = p.frame == c.frame and p.axes == c.axes
@@ -166,18 +159,18 @@ def learn_alignment(data: GraphData, edge: Interaction, noise: Mapping[str, Floa
     child_columns = [n + i for i in ic]
     moved_p, moved_c = after[:, ip] - before[:, ip], after[:, child_columns] - before[:, child_columns]
     turned = _circular(after, angles) - _circular(before, angles)
-    least = _MOVING * np.sqrt(2.0) * np.linalg.norm(noise[edge.parent][ip])
+    least = LEARNING.plain * np.sqrt(2.0) * np.linalg.norm(noise[edge.parent][ip])
     moving = np.linalg.norm(moved_p, axis=1) > least
     turn, sway, left = np.eye(len(ic), len(ip)), np.zeros((len(ic), 2 * len(angles))), 0.0
-    if moving.sum() >= _LEAST_ROWS:
+    if moving.sum() >= LEARNING.several:
         # A turning parent sways the child: the turn of the frames is learned where it doesn't, then the sway from all.
-        still = np.abs(turned).sum(axis=1) < _TURNING
-        steady = moving & still if (moving & still).sum() >= _LEAST_ROWS else moving
+        still = np.abs(turned).sum(axis=1) < LEARNING.near
+        steady = moving & still if (moving & still).sum() >= LEARNING.several else moving
         turn = _fit_turn(moved_p[steady], moved_c[steady], rigid=p.axes == c.axes)
         sway = _fit_sway(turned, moved_c - moved_p @ turn.T)
         rest = moved_c - moved_p @ turn.T - turned @ sway.T
         left = float(np.sum(_kept(rest[moving] ** 2)) / max(np.sum(_kept(moved_c[moving] ** 2)), 1e-300))
-        if left > _UNEXPLAINED:
+        if left > LEARNING.together:
             return None
         turn = np.eye(len(ic)) if same_frame else turn
     elif not same_frame:
@@ -195,7 +188,7 @@ def _circular(states: FloatArray, angles: tuple[int, ...]) -> FloatArray:
 
 def _fit_sway(turned: FloatArray, rest: FloatArray) -> FloatArray:
     """Ridge regression of what is left of the child's motion on the parent's turning, shape (n_child, n_turned)."""
-    gram = turned.T @ turned + _SWAY_RIDGE * np.eye(turned.shape[1])
+    gram = turned.T @ turned + LEARNING.sway * np.eye(turned.shape[1])
     if not turned.shape[1]:
         return np.zeros((rest.shape[1], 0))
     return np.asarray(np.linalg.solve(gram, turned.T @ rest).T, dtype=float)
@@ -214,7 +207,7 @@ def _fit_turn(dp: FloatArray, dc: FloatArray, *, rigid: bool) -> FloatArray:
         linear = np.linalg.lstsq(dp[keep], dc[keep], rcond=None)[0].T
         turn = _kabsch(dp[keep], dc[keep]) if rigid else np.asarray(linear, dtype=float)
         residual = np.linalg.norm(dc - dp @ turn.T, axis=1)
-        keep = residual <= _TRIM * max(float(np.median(residual)), 1e-12)
+        keep = residual <= LEARNING.clear * max(float(np.median(residual)), 1e-12)
     return turn
 
 

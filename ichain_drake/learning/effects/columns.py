@@ -18,13 +18,11 @@ import numpy as np
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.alignment import Alignment
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 
 Source = Literal["parent", "parent_change", "child", "aligned_change", "received", "mixing"]
 View = Literal["plain", "cos", "sin"]
-
-EMPTY = 1.0  # noises of a difference
-BACKFLOW = 3.0  # an apparent flow the wrong way, beyond so many noises of a difference, is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,13 +79,13 @@ class Column:
             assert self.alignment is not None
             return (self.alignment.place(parent_next) - self.alignment.place(parent))[..., self.index]
         left = parent[..., self.index] - parent_next[..., self.index]
-        received = np.where(left < -BACKFLOW * self.floor, 0.0, left)
+        received = np.where(left < -LEARNING.clear * self.floor, 0.0, left)
         if self.source == "received":
             return received
         theirs, amount, own = self.mixes
         total = np.maximum(child[..., amount], 0.0) + np.maximum(received, 0.0)
         # In an all but empty child the share is one noise divided by another; it fades in as there is something to mix.
-        share = np.minimum(received * total / (total**2 + (EMPTY * self.floor) ** 2 + 1e-24), 1.0)
+        share = np.minimum(received * total / (total**2 + (LEARNING.faint * self.floor) ** 2 + 1e-24), 1.0)
         return share * (parent_next[..., theirs] - child[..., own])
 
     def _seen(self, value: FloatArray) -> FloatArray:

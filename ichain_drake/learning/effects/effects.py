@@ -16,15 +16,9 @@ from ichain_drake.learning.effects.columns import Column, candidate_columns
 from ichain_drake.learning.effects.fitted import Regression
 from ichain_drake.learning.effects.regression import choose_regression, instrumented
 from ichain_drake.learning.passive import PassiveDynamics
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.spec import InteractionSpec
 from ichain_drake.state import FloatArray, StateSpace
-
-MOVING = 1.5
-"""Noises of a difference that a motion must have, root mean square, to be one."""
-
-_AT_BOUND = 3.0  # noises
-_EMPTY = 15.0  # noises: what one tick brings to less is one noise divided by another
-_LEAST_ALONE = 24  # rows in which no other interaction acts
 
 
 @dataclass(frozen=True)
@@ -105,7 +99,7 @@ def _tell_apart(
     together = []
     for e in rows:
         alone = rows[e].alone
-        if alone.sum() >= _LEAST_ALONE or alone.all():
+        if alone.sum() >= 4 * LEARNING.rows or alone.all():
             _put(effects, e, fit(e, alone))
         else:
             together.append(e)
@@ -167,7 +161,7 @@ def _shows(column: Column, rows: ActiveTicks, space: StateSpace, noise: FloatArr
     else:
         return True
     moved = float(np.sqrt(np.mean(column(rows.parent, rows.parent_next, rows.child) ** 2)))
-    return moved >= MOVING * np.sqrt(2.0) * float(noise[index].max())
+    return moved >= LEARNING.moving * np.sqrt(2.0) * float(noise[index].max())
 
 
 def _overlapping(rows: ActiveTicks, effects: Mapping[Interaction, Effect]) -> bool:
@@ -190,7 +184,7 @@ def _fit(
         if e in effects:
             residual = residual - on * effects[e](parent, parent_next, rows.child)
     # What stands at a bound can't show an effect that pushes it there.
-    near = _AT_BOUND * noise[i]
+    near = LEARNING.clear * noise[i]
     value = rows.child[:, i]
     stuck = (value <= space.lower[i] + near) | (value >= space.upper[i] - near)
     keep = ~(stuck & (np.abs(residual) < 2 * near) & (passive.variables[i].kind == "hold"))
@@ -227,4 +221,4 @@ def _meaningless(space: StateSpace, i: int, states: FloatArray, noise: FloatArra
     if role is None or role.kind != "intensive":
         return np.zeros(len(states), dtype=bool)
     amount = space.index(role.of)
-    return states[:, amount] < _EMPTY * noise[amount]
+    return states[:, amount] < LEARNING.empty * noise[amount]

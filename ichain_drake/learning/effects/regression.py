@@ -16,22 +16,16 @@ from ichain_drake.learning.effects.screening import CubicScreening, RectifiedScr
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.selection import by_part, clearly
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
-_SIMPLER = 0.85  # a further candidate is taken if it leaves at most this share of the error
-_NOISY = 2.0  # times what noise alone gives, a change must be
-_MOST_ROWS = 500
-_DEAD = (0.0, 0.05, 0.1, 0.2, 0.35)  # dead-bands to choose from, in root mean squares of the prediction
-_LEAST = 6
-_OUTSTANDING = 7.0  # medians: such a change is not noise
-_LEAST_OUTSTANDING = 8  # rows
 _IDENTITY = "as declared"  # a column that is the change itself
 
 
 def _fitted(spec: EstimatorSpec, x: FloatArray, y: FloatArray) -> FrozenModel | None:
     """The frozen fit, or None where there are too few rows for this estimator."""
-    if len(x) > _MOST_ROWS:
-        rows = np.linspace(0, len(x) - 1, _MOST_ROWS).round().astype(int)
+    if len(x) > LEARNING.most_rows:
+        rows = np.linspace(0, len(x) - 1, LEARNING.most_rows).round().astype(int)
         x, y = x[rows], y[rows]
     try:
         return freeze(spec.make().fit(x, y))
@@ -96,7 +90,7 @@ def choose_regression(
         declared: columns that are the change itself by the roles of both variables: taken as they are where they
             explain it, since their own noise would bias any fit to them.
     """
-    if len(y) < _LEAST:
+    if len(y) < LEARNING.rows:
         return None
     group = piece_blocks(piece, row)
     key = piece * (group.max() + 1) + group
@@ -115,7 +109,7 @@ def choose_regression(
     # What readings alone would give: the mean change over a window is the difference of two of them over its length;
     # what has no memory is not judged by differences.
     by_noise = 2.0 * noise**2 / length**2 if window > 1 else np.full(len(length), noise**2)
-    if window > 1 and zero < _NOISY * float(np.sum(length * by_noise)):
+    if window > 1 and zero < LEARNING.noisy * float(np.sum(length * by_noise)):
         return None
     best: Regression | None = None
     best_prediction = nothing
@@ -134,7 +128,7 @@ def choose_regression(
             if prediction is None or not clearly(_gains(sample, best_prediction, prediction, by_noise), tried):
                 continue
             # A column more is one more that a planner must know: what hardly explains more isn't worth it.
-            if best is None or error(prediction) < _SIMPLER * error(best_prediction):
+            if best is None or error(prediction) < LEARNING.simpler * error(best_prediction):
                 best_prediction = prediction
                 best = _describe(spec, sample, columns, fit_length, piece)
     if best is None:
@@ -194,7 +188,7 @@ def _candidates(
 def _rectified_columns(sample: _Sample) -> list[tuple[int, ...]]:
     """Columns of a threshold beyond which there is a change, if there are rows that clearly are beyond one."""
     size = np.abs(sample.y)
-    if np.sum(size > _OUTSTANDING * np.median(size)) < _LEAST_OUTSTANDING:
+    if np.sum(size > LEARNING.outstanding * np.median(size)) < LEARNING.several:
         return []
     chosen = RectifiedScreening(sample.x, sample.y, sample.group, sample.judge).select()
     return [tuple(chosen[:n]) for n in range(1, len(chosen) + 1)]
@@ -271,7 +265,7 @@ def _dead_band(sample: _Sample, prediction: FloatArray) -> float:
     length = np.array([b - a for a, b in sample.judge], dtype=float)
     size = float(np.sqrt(np.mean(prediction**2)))
     errors = []
-    for share in _DEAD:
+    for share in LEARNING.dead_bands:
         cut = np.where(np.abs(prediction) < share * size, 0.0, prediction)
         errors.append(float(np.sum(length * sample.judged(cut) ** 2)))
-    return _DEAD[int(np.argmin(errors))] * size
+    return LEARNING.dead_bands[int(np.argmin(errors))] * size

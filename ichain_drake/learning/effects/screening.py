@@ -9,14 +9,13 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
 _RIDGE = 1e-3
-_SINGLE_GAIN, _PAIR_GAIN = 0.55, 0.35  # the error must fall to this share for a column, for a pair, to be taken
-_PAIR_SEEDS = 10
-_PREFERENCE = 1.03
-_BEYOND = 0.15  # of the largest target: surely beyond a threshold
-_ALTERNATIONS = 10
+
+
+_BEYOND = 0.15  # of the largest target: where an alternation takes rows as beyond a threshold at first
 
 
 def window_means(values: FloatArray, windows: Sequence[tuple[int, int]]) -> FloatArray:
@@ -113,13 +112,13 @@ class Screening:
             error = self.error([*chosen, singles[0][2]])
             pairs: list[tuple[float, int, tuple[int, int]]] = []
             if len(chosen) + 2 <= most:
-                seeds = [c for _, _, c in singles[:_PAIR_SEEDS]]
+                seeds = [c for _, _, c in singles[: LEARNING.seeds]]
                 for k, a in enumerate(seeds):
                     others = [b for b in (free if not chosen else seeds) if b not in seeds[: k + 1]]
                     pairs += [(self._ranked([*chosen, a, b]), len(pairs) + i, (a, b)) for i, b in enumerate(others)]
-            if pairs and min(pairs)[0] < _PAIR_GAIN * min(error, best):
+            if pairs and min(pairs)[0] < LEARNING.pair * min(error, best):
                 chosen += list(min(pairs)[2])
-            elif error < _SINGLE_GAIN * best:
+            elif error < LEARNING.single * best:
                 chosen.append(singles[0][2])
             else:
                 break
@@ -127,7 +126,7 @@ class Screening:
         return chosen
 
     def _ranked(self, columns: Sequence[int]) -> float:
-        return self.error(columns) * (1.0 if self.preferred[columns[-1]] else _PREFERENCE)
+        return self.error(columns) * (1.0 if self.preferred[columns[-1]] else LEARNING.preference)
 
 
 class CubicScreening:
@@ -176,7 +175,7 @@ class CubicScreening:
         while len(chosen) < most:
             more = [int(c) for c in self.usable if c not in chosen]
             errors = [self.error([*chosen, c]) for c in more]
-            if not errors or min(errors) > _SINGLE_GAIN * best:
+            if not errors or min(errors) > LEARNING.single * best:
                 break
             chosen, best = [*chosen, more[int(np.argmin(errors))]], min(errors)
         return chosen
@@ -210,7 +209,7 @@ class RectifiedScreening:
         """Squared error over windows, each group left out in turn."""
         phi = np.column_stack([self._z[:, list(columns)], np.ones(len(self._z))])
         rows = self._first
-        for _ in range(_ALTERNATIONS):
+        for _ in range(LEARNING.sweeps):
             beyond = phi @ self._fit(phi, rows) > 0
             if np.array_equal(beyond, rows) or not beyond.any():
                 break
@@ -235,15 +234,17 @@ class RectifiedScreening:
         if not singles:
             return []
         pairs = [
-            (self.error([c, d]), (c, d)) for k, (_, c) in enumerate(singles[:_PAIR_SEEDS]) for _, d in singles[k + 1 :]
+            (self.error([c, d]), (c, d))
+            for k, (_, c) in enumerate(singles[: LEARNING.seeds])
+            for _, d in singles[k + 1 :]
         ]
-        if not pairs or min(pairs)[0] > _SINGLE_GAIN * singles[0][0]:
+        if not pairs or min(pairs)[0] > LEARNING.single * singles[0][0]:
             return [singles[0][1]]
         best, first = min(pairs)
         chosen = list(first)
         while len(chosen) < most:
             more = [(self.error([*chosen, int(c)]), int(c)) for c in self.usable if c not in chosen]
-            if not more or min(more)[0] > _SINGLE_GAIN * best:
+            if not more or min(more)[0] > LEARNING.single * best:
                 break
             best = min(more)[0]
             chosen.append(min(more)[1])

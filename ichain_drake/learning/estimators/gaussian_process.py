@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize
 from sklearn.utils import check_random_state
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import InputError
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.estimators.evidence import BOUNDS, START, Evidence, condition, grams
 from ichain_drake.learning.estimators.frozen_regressor import SpreadRegressor
 from ichain_drake.learning.estimators.polynomial import check_samples, standardisation
@@ -79,7 +79,7 @@ class PolynomialGaussianProcess(SpreadRegressor[GaussianProcess]):
         monomials = Monomials(all_exponents(x.shape[1], self.degree))
 
         # One BLAS thread: the search ends at the same parameters for any number of threads and worker processes.
-        with threadpool_limits(limits=1, user_api="blas"):
+        with one_blas_thread():
             return self._fit(x, targets, monomials)
 
     def _fit(self, x: FloatArray, targets: FloatArray, monomials: Monomials) -> Self:

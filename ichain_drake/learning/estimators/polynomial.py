@@ -7,15 +7,14 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import InputError
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.estimators.frozen_regressor import SpreadRegressor
 from ichain_drake.learning.frozen.monomials import Monomials, all_exponents
 from ichain_drake.learning.frozen.polynomial import Polynomial
 from ichain_drake.learning.frozen.scaling import FloatArray, InputScaling
-
-_LEAST_SAMPLES = 5
+from ichain_drake.learning.settings import LEARNING
 
 
 def standardisation(x: FloatArray, clip: float | None) -> InputScaling:
@@ -32,7 +31,7 @@ def check_samples(n: int, n_monomials: int, degree: int, name: str) -> None:
     Raises:
         InputError: states the number of samples, the degree and the number needed.
     """
-    needed = max(_LEAST_SAMPLES, -(-n_monomials // 3))
+    needed = max(LEARNING.short, -(-n_monomials // 3))
     if n < needed:
         raise InputError(
             f"{name}: n_samples = {n} for degree {degree} ({n_monomials} monomials); at least {needed} are needed: "
@@ -98,7 +97,7 @@ class PolynomialRegressor(SpreadRegressor[Polynomial]):
         centred = targets - offset
 
         # One BLAS thread: the same model in every bit on every machine load and for any number of worker processes.
-        with threadpool_limits(limits=1, user_api="blas"):
+        with one_blas_thread():
             u, s, vt = np.linalg.svd(phi, full_matrices=n < m)
         rank = len(s)
         u = u[:, :rank]

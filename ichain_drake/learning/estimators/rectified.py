@@ -14,8 +14,6 @@ from ichain_drake.learning.estimators.polynomial import standardisation
 from ichain_drake.learning.frozen.network import Network
 from ichain_drake.learning.frozen.scaling import FloatArray
 
-_SHARES = (0.05, 0.2, 0.5)  # of the largest output: what the first fit takes as beyond the threshold
-
 
 class RectifiedLinearRegressor(FrozenRegressor[Network]):
     """`y = s max(0, w x + b)` with s = +-1, one threshold and one slope an output.
@@ -28,15 +26,17 @@ class RectifiedLinearRegressor(FrozenRegressor[Network]):
     Args:
         alpha: ridge penalty a row, > 0, on standardised inputs.
         max_iter: most alternations from each start.
+        starts: shares of the largest output, from which on the first fit takes rows as beyond the threshold.
 
     Attributes:
         n_iter_: alternations of the start that took longest.
         model_: the frozen network of one rectified unit an output.
     """
 
-    def __init__(self, alpha: float = 1e-6, max_iter: int = 30) -> None:
+    def __init__(self, alpha: float = 1e-6, max_iter: int = 30, starts: tuple[float, ...] = (0.05, 0.2, 0.5)) -> None:
         self.alpha = alpha
         self.max_iter = max_iter
+        self.starts = starts
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:  # noqa: N803 - scikit-learn's name
         """Fit.
@@ -74,7 +74,7 @@ class RectifiedLinearRegressor(FrozenRegressor[Network]):
             largest = float(target.max())
             if largest <= 0:
                 continue
-            for share in _SHARES:
+            for share in self.starts:
                 rows = target > share * largest
                 for iteration in range(self.max_iter):
                     self.n_iter_ = max(self.n_iter_, iteration + 1)

@@ -17,6 +17,7 @@ from sklearn.neighbors import KNeighborsRegressor
 from sklearn.neural_network import MLPRegressor
 from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
+from sklearn.svm import SVC
 from sklearn.utils import all_estimators, get_tags
 
 from ichain_drake.errors import InputError
@@ -77,6 +78,10 @@ OWN: dict[str, Callable[..., BaseEstimator]] = {
 }
 
 
+# Scikit-learn's that are candidates unless others are asked for: known without a walk through all of its modules.
+_USUAL: dict[str, Callable[..., BaseEstimator]] = {"SVC": SVC}
+
+
 @cache
 def _sklearn_classes() -> dict[str, Callable[..., BaseEstimator]]:
     return dict(all_estimators(type_filter=["regressor", "classifier"]))
@@ -98,7 +103,7 @@ def make_estimator(name: str, /, **parameters: Any) -> BaseEstimator:
     Raises:
         InputError: on an unknown name (with close ones), an unknown parameter, or one that is missing.
     """
-    make = OWN.get(name) or _sklearn_classes().get(name)
+    make = OWN.get(name) or _USUAL.get(name) or _sklearn_classes().get(name)
     if make is None:
         lowered = {known.lower(): known for known in estimator_names()}
         close = [lowered[c] for c in difflib.get_close_matches(name.lower(), lowered, n=3)]

@@ -12,9 +12,6 @@ from ichain_drake.errors import InputError
 from ichain_drake.learning.estimators.registry import for_outputs
 from ichain_drake.learning.frozen import freeze
 
-_ROWS = 60
-_INPUTS = 2  # the fewest that an interaction has
-
 
 def try_out(estimator: Any, *, classifier: bool = False) -> None:
     """Fit an estimator to made-up rows and freeze it.
@@ -26,7 +23,7 @@ def try_out(estimator: Any, *, classifier: bool = False) -> None:
     Raises:
         InputError: if it is of the wrong kind, or can't be fitted or frozen; says why in one line.
     """
-    x = np.random.default_rng(0).normal(size=(_ROWS, _INPUTS))
+    x = np.random.default_rng(0).normal(size=(60, 2))  # two inputs: the fewest that an interaction has
     try:
         if classifier and not is_classifier(estimator):
             raise InputError("it is no classifier, and whether an interaction is active is yes or no")

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
-from threadpoolctl import threadpool_limits
 
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.frozen.kernel import KernelSum
 from ichain_drake.learning.frozen.model import FrozenModel
 from ichain_drake.learning.frozen.polynomial import Polynomial
@@ -109,7 +109,7 @@ class GaussianProcess(FrozenModel):
             kernel = self.signal_variance[o] * bumps[min(o, len(bumps) - 1)] + (m * self.trend_variance[o]) @ m.T
             kernel.flat[:: len(kernel) + 1] += self.nugget[o]
             # One BLAS thread: the same factor in every bit for any number of worker processes.
-            with threadpool_limits(limits=1, user_api="blas"):
+            with one_blas_thread():
                 lower = cholesky(kernel, lower=True)
                 factors.append(solve_triangular(lower, np.eye(len(lower)), lower=True))
         return factors

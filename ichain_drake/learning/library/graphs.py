@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.frozen.model import Array
 from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.library.encoding import encode
@@ -88,7 +87,7 @@ def load_graph(library: Path, name: str, graph: InteractionGraph) -> Interaction
     folder = library / graph_name(name)
     if folder.name not in {found.name for found in item_folders(library)}:
         return None
-    with threadpool_limits(limits=1, user_api="blas"):  # the trial evaluations, as everywhere
+    with one_blas_thread():  # the trial evaluations, as everywhere
         return SavedGraph.read(folder).known(graph)
 
 
@@ -110,7 +109,7 @@ def load_fitting(library: Path, name: str, graph: InteractionGraph) -> Interacti
     folder = library / graph_name(name)
     if folder.name not in {found.name for found in item_folders(library)}:
         return load_parts(library, name, graph)
-    with threadpool_limits(limits=1, user_api="blas"):
+    with one_blas_thread():
         saved = SavedGraph.read(folder)
         try:
             check_graph(saved.manifest, saved.graph(), graph, str(folder))

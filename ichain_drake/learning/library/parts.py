@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.blas import one_blas_thread
 from ichain_drake.learning.known import KnownObject, KnownParts, typical_row
 from ichain_drake.learning.library.files import graph_name, is_graph_name, item_folders
 from ichain_drake.learning.library.fit import check_space, check_time
@@ -41,7 +41,7 @@ def load_parts(library: Path, name: str, graph: InteractionGraph) -> KnownParts:
     found = KnownParts(reasons=dict.fromkeys(graph.interactions, "the library knows no such interaction"))
     own = graph_name(name)
     folders = [folder for folder in item_folders(library) if is_graph_name(folder.name)]
-    with threadpool_limits(limits=1, user_api="blas"):  # the trial evaluations, as everywhere
+    with one_blas_thread():  # the trial evaluations, as everywhere
         for folder in sorted(folders, key=lambda f: (f.name != own, f.name)):
             found = _with_graph(found, SavedGraph.read(folder), graph, elsewhere=folder.name != own)
     return found

@@ -7,13 +7,14 @@ import numpy as np
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.effects.alignment import Alignment
-from ichain_drake.learning.effects.columns import BACKFLOW, EMPTY, Column
+from ichain_drake.learning.effects.columns import Column
 from ichain_drake.learning.effects.fitted import Regression
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.portable.frozen import add_frozen
 from ichain_drake.learning.portable.graph import OnnxGraph
 from ichain_drake.learning.portable.link import space_words
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.inputs import (
     DifferenceInput,
     PlaceInput,
@@ -110,13 +111,13 @@ def _column(graph: OnnxGraph, column: Column, parent: str, after: str, child: st
     if column.source not in ("received", "mixing"):
         raise InputError(f"an effect of {column.source} can't be written as ONNX")
     left = graph("Sub", graph.columns(parent, [column.index]), graph.columns(after, [column.index]))
-    back = graph("Less", left, np.float64(-BACKFLOW * column.floor))
+    back = graph("Less", left, np.float64(-LEARNING.clear * column.floor))
     received = graph("Where", back, np.float64(0.0), left)
     if column.source == "received":
         return received
     theirs, amount, own = column.mixes
     total = graph("Add", graph("Relu", graph.columns(child, [amount])), graph("Relu", received))
-    squared = graph("Add", graph("Mul", total, total), np.float64((EMPTY * column.floor) ** 2 + 1e-24))
+    squared = graph("Add", graph("Mul", total, total), np.float64((LEARNING.faint * column.floor) ** 2 + 1e-24))
     share = graph("Min", graph("Div", graph("Mul", received, total), squared), np.float64(1.0))
     return graph("Mul", share, graph("Sub", graph.columns(after, [theirs]), graph.columns(child, [own])))
 

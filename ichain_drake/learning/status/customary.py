@@ -17,6 +17,7 @@ import numpy as np
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.alignment import Alignment
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.candidates import input_noise
 from ichain_drake.learning.status.choice import Candidate
 from ichain_drake.learning.status.inputs import (
@@ -29,9 +30,6 @@ from ichain_drake.learning.status.inputs import (
 )
 from ichain_drake.learning.status.status import StatusModel, input_choice
 from ichain_drake.state import FloatArray
-
-_BEYOND = 0.3  # of what was shown while active, as for a box classifier
-_NOISES = 4.0  # at least
 
 
 @dataclass(frozen=True)
@@ -134,5 +132,5 @@ def _sides(ranges: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[list[FloatA
 def _shown(columns: FloatArray, floor: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Range of each column with some room at both ends, shape (n_columns,) each."""
     low, high = columns.min(axis=0), columns.max(axis=0)
-    room = np.maximum(np.maximum(_BEYOND * (high - low), _NOISES * floor), 1e-9)
+    room = np.maximum(np.maximum(LEARNING.reach * (high - low), LEARNING.surely * floor), 1e-9)
     return low - room, high + room

@@ -10,14 +10,9 @@ import numpy as np
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.data import GraphData
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.scores import switches
 from ichain_drake.state import FloatArray
-
-MOST_EXAMPLES = 200
-"""Rows at most that are kept of either status."""
-
-BEFORE, AFTER = 4, 3
-"""Ticks kept around an event: the direction of the approach, and of the retreat."""
 
 
 @dataclass(frozen=True)
@@ -102,11 +97,11 @@ def collect_windows(pieces: Sequence[Demonstration], graph: InteractionGraph) ->
             child = piece.states(edge.child, graph.objects[edge.child])
             events = np.flatnonzero(flags[1:] != flags[:-1]) + 1
             for k, row in enumerate(events):
-                first = max(row - BEFORE, events[k - 1] if k else 0)
+                first = max(row - LEARNING.look, events[k - 1] if k else 0)
                 # Nor do attempts that failed before belong to it: what jumps, jumps once.
                 other = np.flatnonzero((root[first:row, jumps] != root[row - 1, jumps]).any(axis=1))
                 first += int(other[-1]) + 1 if len(other) else 0
-                last = min(row + AFTER + 1, events[k + 1] if k + 1 < len(events) else len(flags))
+                last = min(row + LEARNING.ticks + 1, events[k + 1] if k + 1 < len(events) else len(flags))
                 window = SwitchingWindow(root[first:last], child[row - 1], int(row - first))
                 found[0 if flags[row] else 1][edge].append(window)
     on, off = ({e: tuple(w) for e, w in part.items()} for part in found)
@@ -128,6 +123,6 @@ def _switching(data: GraphData, events: list[tuple[int, int]]) -> Switching:
 
 def _drawn(data: GraphData, mask: np.ndarray) -> dict[str, FloatArray]:
     rows = np.flatnonzero(mask)
-    if len(rows) > MOST_EXAMPLES:
-        rows = rows[np.linspace(0, len(rows) - 1, MOST_EXAMPLES).round().astype(int)]
+    if len(rows) > LEARNING.examples:
+        rows = rows[np.linspace(0, len(rows) - 1, LEARNING.examples).round().astype(int)]
     return {n: data.stacked(n)[rows] for n in data.spaces}

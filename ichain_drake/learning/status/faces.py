@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from ichain_drake.learning.selection import log_probability
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
-_SWEEPS = 6
 _PLACES = 33  # places of a face that are compared
 
 
@@ -39,7 +39,7 @@ class Faces:
 
     def count(self) -> None:
         """Move one face after the other to where most samples lie on the right side."""
-        for _ in range(_SWEEPS):
+        for _ in range(LEARNING.sweeps):
             before = self.low.copy(), self.high.copy()
             for j in range(self.x.shape[1]):
                 others = self.inside(but=j)

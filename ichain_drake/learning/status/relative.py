@@ -8,13 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.learning.selection import by_part
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.choice import Candidate, InputChoice
 from ichain_drake.learning.status.inputs import PlaceInput, RelativeInput, objects_of
 from ichain_drake.state import FloatArray
-
-_SURE = 2.0  # standard errors by which the place of something must say more than its place relative to the other
-_AROUND = 4  # rows to either side that the mean of what stands still is taken over: a third of its noise is left
-_STILL = 4.0  # noises from their median, within which all of them are of something that stands still
 
 
 def relative_if_as_good(
@@ -44,7 +41,7 @@ def relative_if_as_good(
                 continue
             other = [*out[:k], relative, *out[k + 1 :]]
             gains = by_part(choice.left_out(out) - choice.left_out(other), choice.piece)
-            out = out if gains.sum() > _SURE * np.sqrt(np.sum(gains**2)) else other
+            out = out if gains.sum() > LEARNING.sure * np.sqrt(np.sum(gains**2)) else other
         if relative in out and not relative.item.alignment.rows and any(_is_place(c, ends) for c in out):
             fewer = [c for c in candidates if not _is_place(c, ends)]
             return choice.choose(fewer), fewer
@@ -66,8 +63,9 @@ def rested(values: FloatArray, piece: NDArray[np.intp], noise: FloatArray) -> Fl
     out = values.copy()
     for k in np.unique(piece):
         rows = np.flatnonzero(piece == k)
-        index = rows[np.clip(np.arange(len(rows))[:, None] + np.arange(-_AROUND, _AROUND + 1), 0, len(rows) - 1)]
+        around = np.arange(-LEARNING.look, LEARNING.look + 1)
+        index = rows[np.clip(np.arange(len(rows))[:, None] + around, 0, len(rows) - 1)]
         near = values[index]
-        still = (np.abs(near - np.median(near, axis=1, keepdims=True)) <= _STILL * noise).all(axis=1)
+        still = (np.abs(near - np.median(near, axis=1, keepdims=True)) <= LEARNING.surely * noise).all(axis=1)
         out[rows] = np.where(still, near.mean(axis=1), values[rows])
     return out

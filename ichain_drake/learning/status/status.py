@@ -21,6 +21,7 @@ from ichain_drake.learning.data import BoolArray, GraphData
 from ichain_drake.learning.effects.alignment import Alignment
 from ichain_drake.learning.frozen import FrozenModel, InputScaling, freeze
 from ichain_drake.learning.selection import by_part, calibrated, calibration_error, clearly, least_slip
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.spec import InteractionSpec, make_classifier
 from ichain_drake.learning.status.box import Box
 from ichain_drake.learning.status.candidates import states_around, status_candidates
@@ -33,9 +34,6 @@ from ichain_drake.learning.status.inputs import (
 from ichain_drake.learning.status.relative import relative_if_as_good
 from ichain_drake.learning.status.scores import event_f1, f1
 from ichain_drake.state import FloatArray
-
-_FOLDS = 5
-_MARGINS = (0.0, 0.05, 0.1, 0.2)
 
 
 @dataclass(frozen=True)
@@ -275,9 +273,9 @@ def _left_out(
 def left_out_folds(truth: BoolArray, piece: NDArray[np.intp]) -> NDArray[np.intp]:
     """Rows that are left out together, shape (n,): whole pieces, positives dealt evenly; blocks where few show any."""
     counts = np.bincount(piece, weights=truth)
-    if np.sum(counts > 0) < _FOLDS:
-        return interleaved_blocks(piece, _FOLDS)
-    loads = np.zeros(min(_FOLDS, len(counts)))
+    if np.sum(counts > 0) < LEARNING.folds:
+        return interleaved_blocks(piece, LEARNING.folds)
+    loads = np.zeros(min(LEARNING.folds, len(counts)))
     of_piece = np.zeros(len(counts), dtype=np.intp)
     for rank, k in enumerate(sorted(range(len(counts)), key=lambda k: (-counts[k], k))):
         fold = int(np.argmin(loads)) if counts[k] else rank % len(loads)
@@ -302,9 +300,9 @@ def _with_memory(
     """Hysteresis, spread and slip under which left-out rows are likeliest, and the log-likelihood of each row."""
     slip, chosen = least_slip(truth), 0.0
     best = calibrated(decisions, truth, slip)[2]
-    for margin in _MARGINS[1:]:
+    for margin in LEARNING.margins[1:]:
         rows = calibrated(decisions + margin * before, truth, slip)[2]
-        if clearly(by_part(rows - best, piece), len(_MARGINS)):
+        if clearly(by_part(rows - best, piece), len(LEARNING.margins)):
             chosen, best = margin, rows
     # What readings leave open beside a switch must not choose; but it is known of this row, or it isn't.
     return (chosen, *calibrated(decisions + chosen * before, truth, 1.0 / (2.0 + len(truth))))

@@ -13,7 +13,7 @@ from ichain_drake.graph import Interaction
 from ichain_drake.learning import KnownParts
 from ichain_drake.learning.library import load_parts
 from ichain_drake.runs.goals.run import GraphRun, run_graph
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import given_of, versions
 from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.goal_scenario import GoalScenario
 from ichain_drake.timing import TICK
@@ -74,7 +74,7 @@ def relearn_interaction(
         "link": link,
         "goal": list(goal),
         "versions": versions(),
-        "given": scenario.given(),
+        "given": given_of(scenario),
         "rows": [row | {"seed": scenario.seed} for row in rows],
     }
 

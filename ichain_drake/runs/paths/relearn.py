@@ -22,7 +22,7 @@ from ichain_drake.runs.library import load
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.evaluation import VARIANTS, learn_variant
 from ichain_drake.runs.paths.following import follow
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import given_of, versions
 from ichain_drake.scenarios.base import PathScenario, Progress
 from ichain_drake.timing import TICK
 
@@ -88,7 +88,7 @@ def relearn_link(
         "seed": scenario.seed,
         "link": link,
         "versions": versions(),
-        "given": scenario.given(),
+        "given": given_of(scenario),
         "unit": scenario.unit,
         "rows": rows,
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +101,7 @@ def holm(values: Sequence[float]) -> list[float]:
     return out
 
 
+@cache  # many rows have the same few counts
 def _fisher(before: tuple[int, int], after: tuple[int, int]) -> float:
     table = [[reached, runs - reached] for reached, runs in (before, after)]
     return float(fisher_exact(table).pvalue)

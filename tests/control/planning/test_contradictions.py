@@ -5,10 +5,11 @@ import pytest
 from toy_models import LAMP_START, TAP_START, lamp, tap
 from winding import SHADE_START, shade
 
-from ichain_drake.control.planning.contradictions import MOST_VARIANTS, Contradiction, Record, expected_ticks
+from ichain_drake.control.planning.contradictions import Contradiction, Record, expected_ticks
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.learning.settings import LEARNING
 
 CASES = {
     "shade": (shade, SHADE_START, "shade.height >= 0.7"),
@@ -49,7 +50,7 @@ def test_an_option_that_failed_costs_more_and_is_another_one_until_it_is_given_u
     assert isinstance(again, Plan)
     assert again.steps[0].variant == 1
     assert again.ticks == expected_ticks(first.steps[0].ticks, 1) > first.ticks
-    given_up = planner.plan(TAP_START, goal, (), [failed] * (MOST_VARIANTS + 1))
+    given_up = planner.plan(TAP_START, goal, (), [failed] * (LEARNING.few + 1))
     assert not isinstance(given_up, Plan) or given_up.steps[0].chain != first.steps[0].chain or len(given_up.steps) > 1
 
 

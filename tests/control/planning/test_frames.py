@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from ichain_drake.control.planning import options
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.effects.alignment import Alignment, position_groups
@@ -70,3 +71,12 @@ def test_how_far_an_object_can_be_taken_follows_from_the_robots_bounds():
     np.testing.assert_allclose(high[:2], [1.1, 1.0])
     assert np.isnan(low[2])
     assert Frames(model()).reach("lamp") is None
+
+
+@pytest.mark.parametrize(("followed", "anchor"), [((0, 1), "stove"), ((0, 1, 2), "stove"), ((2,), None)])
+def test_only_what_can_be_brought_somewhere_is_held_beside_it(followed, anchor):
+    """A knob that turns in the hand but stays at its place goes to no food: drives by it hold where they were shown."""
+    learned = model()
+    carry = SimpleNamespace(follow=np.array(followed))
+    chain = (Interaction("robot", "jug"), Interaction("jug", "stove"))
+    assert options._anchor(Frames(learned), chain, carry) == anchor

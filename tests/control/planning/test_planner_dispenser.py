@@ -6,6 +6,7 @@ import pytest
 from ichain_drake.control.planning.goals import gap, parse_goal, value_of
 from ichain_drake.control.planning.plan import NoPlan, Plan, States
 from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.demonstrations import Demonstration
 from ichain_drake.learning import InteractionModel, learn_interactions
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
@@ -15,9 +16,8 @@ GOAL = ["cup.water >= 0.6", "cup.temperature >= 0.9", "cup.x == start", "cup.y =
 
 
 @pytest.fixture(scope="module")
-def model() -> InteractionModel:
-    scenario = WaterDispenser(physics="ideal", seed=0)
-    return learn_interactions(list(scenario.record_demonstrations()), scenario.graph)
+def model(dispenser_pieces: list[Demonstration]) -> InteractionModel:
+    return learn_interactions(dispenser_pieces, WaterDispenser(physics="ideal", seed=0).graph)
 
 
 @pytest.fixture(scope="module")

@@ -23,10 +23,12 @@ from ichain_drake.learning.estimators import (
     estimator_names,
     for_outputs,
     make_estimator,
+    registry,
 )
 from ichain_drake.learning.estimators.evidence import Evidence, grams
 from ichain_drake.learning.frozen import freeze
 from ichain_drake.learning.frozen.monomials import all_exponents
+from ichain_drake.learning.spec import InteractionSpec, make_classifier
 
 
 def expected_failures(estimator: Any) -> dict[str, str]:
@@ -324,3 +326,11 @@ def test_for_outputs_wraps_only_where_needed() -> None:
     assert isinstance(for_outputs(SVR(), 1), SVR)
     for estimator in (LinearRegression(), PolynomialRegressor(), PolynomialGaussianProcess(), make_estimator("mlp")):
         assert for_outputs(estimator, 2) is estimator
+
+
+def test_usual_candidates_are_made_without_a_walk_through_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes a second, in every process that learns."""
+    monkeypatch.setattr(registry, "_sklearn_classes", lambda: pytest.fail("all of scikit-learn is imported"))
+    spec = InteractionSpec()
+    for candidate in (*spec.effect_estimators, *spec.status_estimators):
+        make_classifier(candidate)

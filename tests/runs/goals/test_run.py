@@ -12,12 +12,10 @@ from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import NoPlan, Plan
 from ichain_drake.errors import InputError
-from ichain_drake.learning import InteractionModel, InteractionSpec
-from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning import InteractionModel
 from ichain_drake.runs.goals.output import classified, flags_of, make_graph_recording, write_graph_pictures
 from ichain_drake.runs.goals.plan import make_plan
 from ichain_drake.runs.goals.run import GraphRun, run_graph
-from ichain_drake.runs.learn import learn
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.goal_episode import GraphEpisode
@@ -25,7 +23,6 @@ from ichain_drake.simulation.wiring import goal_controller, look
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 HOT = ["cup.temperature >= 0.5", "cup.water >= 0.3", "not hand->cup"]
-QUICK = InteractionSpec(status_estimators=(EstimatorSpec.parse("box(reach=0.3)"),))
 
 
 @cache
@@ -33,14 +30,9 @@ def scenario() -> WaterDispenser:
     return WaterDispenser((), "ideal")
 
 
-@cache
-def knowledge() -> InteractionModel:
-    return learn(scenario().graph, list(scenario().record_demonstrations()), spec=QUICK)
-
-
-def test_a_cup_of_warm_water_from_demonstrations_alone(tmp_path: Path) -> None:
+def test_a_cup_of_warm_water_from_demonstrations_alone(dispenser_model: InteractionModel, tmp_path: Path) -> None:
     run = GraphRun(scenario(), tuple(HOT))
-    run_graph(run, known=knowledge())
+    run_graph(run, known=dispenser_model)
     report = run.report()
     assert report["goal_reached"], run.memory and (run.reason, run.memory.log)
     assert run.log is not None
@@ -71,10 +63,10 @@ def test_a_cup_of_warm_water_from_demonstrations_alone(tmp_path: Path) -> None:
     assert set(np.unique(run.doing["mode"])) >= {Mode.ACTIVATE, Mode.CARRY, Mode.DRIVE}
 
 
-def test_no_wire_leads_from_the_truth_to_the_controller() -> None:
+def test_no_wire_leads_from_the_truth_to_the_controller(dispenser_model: InteractionModel) -> None:
     world = scenario().make_world(0)
-    goal = parse_goal(HOT, knowledge(), look(world))
-    controller = goal_controller(world, knowledge(), goal)
+    goal = parse_goal(HOT, dispenser_model, look(world))
+    controller = goal_controller(world, dispenser_model, goal)
     episode = GraphEpisode(world, controller)
     sources = {}
     for (system, port), (source, out) in episode.diagram.connection_map().items():
@@ -86,31 +78,31 @@ def test_no_wire_leads_from_the_truth_to_the_controller() -> None:
     }
 
 
-def test_a_plan_is_made_without_executing_it_and_refused_with_the_reason() -> None:
+def test_a_plan_is_made_without_executing_it_and_refused_with_the_reason(dispenser_model: InteractionModel) -> None:
     start = look(scenario().make_world(0))
-    goal, plan = make_plan(knowledge(), HOT, start)
+    goal, plan = make_plan(dispenser_model, HOT, start)
     assert isinstance(plan, Plan)
     assert len(goal.conditions) == 2
-    _, none = make_plan(knowledge(), ["cup.temperature >= 1.5"], start)
+    _, none = make_plan(dispenser_model, ["cup.temperature >= 1.5"], start)
     assert isinstance(none, NoPlan)
     assert "cup.temperature" in none.reason
 
 
-def test_keep_holds_a_variable_near_its_start() -> None:
+def test_keep_holds_a_variable_near_its_start(dispenser_model: InteractionModel) -> None:
     start = look(scenario().make_world(0))
-    goal = parse_goal(["keep cup.x within 0.02"], knowledge(), start)
+    goal = parse_goal(["keep cup.x within 0.02"], dispenser_model, start)
     assert [(c.object, c.variable) for c in goal.conditions] == [("cup", "x")]
     assert goal.conditions[0].upper - goal.conditions[0].lower == pytest.approx(0.04)
     assert goal.conditions[0].lower + 0.02 == pytest.approx(start["cup"][0])
     with pytest.raises(InputError, match="no object 'mug'"):
-        parse_goal(["keep mug.x within 0.02"], knowledge(), start)
+        parse_goal(["keep mug.x within 0.02"], dispenser_model, start)
     with pytest.raises(InputError, match="at character 19, 'wide', a number is expected"):
-        parse_goal(["keep cup.x within wide"], knowledge(), start)
+        parse_goal(["keep cup.x within wide"], dispenser_model, start)
 
 
-def test_an_impossible_goal_ends_the_run_with_its_reason() -> None:
+def test_an_impossible_goal_ends_the_run_with_its_reason(dispenser_model: InteractionModel) -> None:
     run = GraphRun(scenario(), ("cup.water >= 2",))
-    run_graph(run, known=knowledge())
+    run_graph(run, known=dispenser_model)
     report = run.report()
     assert not report["goal_reached"]
     assert report["metrics"]["failure_cause"] == "no plan"
@@ -118,18 +110,18 @@ def test_an_impossible_goal_ends_the_run_with_its_reason() -> None:
     assert report["control_steps"] <= 20
 
 
-def test_a_run_that_takes_too_long_says_so() -> None:
+def test_a_run_that_takes_too_long_says_so(dispenser_model: InteractionModel) -> None:
     run = GraphRun(scenario(), tuple(HOT))
-    run_graph(run, known=knowledge(), settings=ExecutorSettings(ticks=15))
+    run_graph(run, known=dispenser_model, settings=ExecutorSettings(ticks=15))
     assert run.report()["reason"] == "not done after 15 control steps"
     assert not run.goal_reached
 
 
-def test_a_person_may_change_what_is_wanted_while_it_runs() -> None:
+def test_a_person_may_change_what_is_wanted_while_it_runs(dispenser_model: InteractionModel) -> None:
     world = scenario().make_world(0)
     start = look(world)
-    goal = parse_goal(HOT, knowledge(), start)
-    controller, hand = goal_controller(world, knowledge(), goal), start[scenario().graph.root]
+    goal = parse_goal(HOT, dispenser_model, start)
+    controller, hand = goal_controller(world, dispenser_model, goal), start[scenario().graph.root]
     executor, episode = controller.executor, GraphEpisode(world, controller)
     item = next(a for a in scenario().adjustables() if a.name == "cup.water >=")
     item.apply(episode, 0.45)
