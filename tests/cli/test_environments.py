@@ -80,7 +80,7 @@ def test_a_locale_that_lacks_the_letters_of_a_name(tmp_path: Path) -> None:
     ],
 )
 def test_too_little_is_one_line(error: Exception, line: str, monkeypatch: pytest.MonkeyPatch, ichain) -> None:
-    def fail(*arguments: object) -> None:
+    def fail(*arguments: object, **options: object) -> None:
         raise error
 
     monkeypatch.setattr("ichain_drake.cli.settings.print_settings", fail)
