@@ -299,6 +299,10 @@ class InteractionModel:
         """
         return replace(self, edges={**self.edges, **{e: self._edge(e).cautious() for e in edges}})
 
+    def with_noise(self, noise: dict[str, FloatArray]) -> InteractionModel:
+        """The same model with sensors of another noise, shape (n_variables,) per object."""
+        return replace(self, noise=noise)
+
     def report(self) -> dict[str, object]:
         """Figures and warnings of every model; see `report`."""
         return report(self)

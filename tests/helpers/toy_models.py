@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 
@@ -51,6 +52,11 @@ class ToyModel:
             self.edges[e] = SimpleNamespace(
                 effects=effects, examples=examples, alignment=None, relative=False, active_step=step
             )
+
+    def with_noise(self, noise: dict[str, FloatArray]) -> ToyModel:
+        other = copy.copy(self)
+        other.noise = noise
+        return other
 
     def decide(self, edge, states):
         return self.gates[edge]({n: np.atleast_2d(v) for n, v in states.items()}).reshape(

@@ -18,6 +18,8 @@ from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
+_MEAN = 3  # readings: of a mean whose middle is a tick ago
+
 
 @dataclass(eq=False)
 class Approach(Task):
@@ -178,9 +180,12 @@ class DriveTask(Task):
         target = step.chain[-1].child
         noise = model.noise[target]
         seen = np.array(self.history)
-        start, now = seen[:2].mean(axis=0), seen[-3:].mean(axis=0)
+        start, now = seen[:2].mean(axis=0), seen[-_MEAN:].mean(axis=0)
         if len(seen) < 4:
             return False
+        if len(seen) >= 2 * _MEAN:  # a mean is a tick old, and what is decided now begins to act a tick from now
+            rate = (now[i] - seen[-2 * _MEAN : -_MEAN, i].mean()) / _MEAN
+            now[i] += 2.0 * direction * max(0.0, direction * rate)
         beyond = direction * (now[i] - value)
         if beyond > max(3.0 * noise[i], 0.03 * abs(value - start[i])):
             return True  # whatever the others do

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -57,4 +57,4 @@ class SensorNoise:
             at += len(known)
             louder = (found > known) & (known > 0) & ~space.observable.jump_mask
             noise[name] = np.where(louder, found, known)
-        return model if all(np.array_equal(noise[n], model.noise[n]) for n in noise) else replace(model, noise=noise)
+        return model if all(np.array_equal(noise[n], model.noise[n]) for n in noise) else model.with_noise(noise)
