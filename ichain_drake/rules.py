@@ -38,7 +38,6 @@ _EVERY = (
     Rule("unseen", "a pose that was only passed through may be out of reach before it is turned", _PLANNING),
     Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),
     Rule("conserve", "errors of learned flows add up: a long drive would make water out of nothing", _PLANNING),
-    Rule("corners", "a straight way may switch something: go around by a state that was shown", _PLANNING),
     Rule("can_hold", "an object may stand where the robot can't take it, or may not let go of it", _PLANNING),
     Rule("landmarks", "what only mixes becomes as its givers are: these must be so first", _PLANNING),
     Rule("novelty", "progress may have to be undone first: states that show something new are tried first", _PLANNING),

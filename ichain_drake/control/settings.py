@@ -26,7 +26,6 @@ class PlanningSettings:
         cheaper: times the length of a shorter plan that one may have which watches more interactions.
         meets: of a tick's largest change: how near a predicted state must be to a demonstrated one to go on from it.
         alike: of a tick's largest change, within which demonstrated states are one.
-        spared: of a way, at both ends, where the switching itself takes place.
         discount: a tick: looks about fifty ticks ahead, longer than a stroke and a new grasp.
         bins: over a range, in which states are new or known.
         samples: demonstrated states, or places on the way, that are tried.
@@ -52,7 +51,6 @@ class PlanningSettings:
     cheaper: float = setting(1.2, "times", lower=1)
     meets: float = setting(0.35, "share", above=0)
     alike: float = setting(0.15, "share", above=0)
-    spared: float = setting(0.15, "share", lower=0, below=0.5)
     discount: float = setting(0.98, "a tick", above=0, below=1)
     bins: float = setting(8.0, "bins", above=0)
     samples: int = setting(40, "states", lower=1)

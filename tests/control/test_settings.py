@@ -37,10 +37,11 @@ STAYS = {
         "learning/frozen/neighbours.py": {"_ROWS"},
     },
     "mathematics": {
-        "learning/noise.py": {"_ROUNDING", "_HALF_NORMAL"},
+        "learning/noise.py": {"_ROUNDING", "HALF_NORMAL"},
         "learning/discovery/effect_fit.py": {"_MAD"},
         "learning/effects/regression.py": {"_AS_IT_IS"},
         "control/tracking/offset.py": {"_LAGS"},
+        "control/execution/sensing.py": {"_SPREAD"},
     },
     "precision, or start, steps and bounds of an optimiser": {
         "learning/checks.py": {"_DIGITS"},
@@ -51,7 +52,6 @@ STAYS = {
         "control/planning/risk.py": {"_LEAST"},
         "control/planning/search_node.py": {"_DIGITS"},
         "control/planning/slope.py": {"_CORRECTIONS"},
-        "control/planning/travel.py": {"_POINTS"},
         "control/tracking/levels.py": {"_HARM", "_SHORTER"},
         "control/tracking/turns.py": {"_STRAIGHT", "_EVERY", "_SLOWER", "_WIDER"},
     },

@@ -18,8 +18,6 @@ from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
-_MEAN = 3  # readings: of a mean whose middle is a tick ago
-
 
 @dataclass(eq=False)
 class Approach(Task):
@@ -179,13 +177,13 @@ class DriveTask(Task):
         assert step is not None
         target = step.chain[-1].child
         noise = model.noise[target]
-        seen = np.array(self.history)
-        start, now = seen[:2].mean(axis=0), seen[-_MEAN:].mean(axis=0)
+        seen, few = np.array(self.history), LEARNING.ticks
+        start, now = seen[:2].mean(axis=0), seen[-few:].mean(axis=0)
         if len(seen) < 4:
             return False
-        if len(seen) >= 2 * _MEAN:  # a mean is a tick old, and what is decided now begins to act a tick from now
-            rate = (now[i] - seen[-2 * _MEAN : -_MEAN, i].mean()) / _MEAN
-            now[i] += 2.0 * direction * max(0.0, direction * rate)
+        if len(seen) >= 2 * few:  # a mean is as old as its middle; what is decided now begins to act in a tick
+            rate = (now[i] - seen[-2 * few : -few, i].mean()) / few
+            now[i] += (0.5 * (few - 1) + 1.0) * direction * max(0.0, direction * rate)
         beyond = direction * (now[i] - value)
         if beyond > max(3.0 * noise[i], 0.03 * abs(value - start[i])):
             return True  # whatever the others do

@@ -25,7 +25,6 @@ from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Tas
 from ichain_drake.control.planning.contradictions import Contradiction
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import Skills
-from ichain_drake.control.planning.travel import resting_states
 from ichain_drake.control.settings import EXECUTION
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
@@ -68,7 +67,6 @@ class Executor:
         self.model, self.skills, self.planner, self.goal = model, skills, planner, goal
         self.settings = settings or ExecutorSettings()
         self.motion = motion
-        self._vias = resting_states(model)
         self._root = model.graph.root
 
     def start(self, command: FloatArray) -> Memory:
@@ -150,7 +148,7 @@ class Executor:
 
     def _view(self, memory: Memory) -> View:
         view = View(
-            self._model(memory), self.skills, self._vias, memory.readings, memory.command, self.settings.monitors,
+            self._model(memory), self.skills, memory.readings, memory.command, self.settings.monitors,
             self.settings.attempts, self.motion, memory.carried.left, memory.carried.following,
         )  # fmt: skip
         if view.left:

@@ -9,10 +9,10 @@ import numpy as np
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.settings import EXECUTION
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.noise import HALF_NORMAL
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
-_MEDIAN = 0.6744897501960817  # of the absolute value of a standard normal
 _SPREAD = 1.5  # standard error of a spread read off a median, times the root of the number of readings
 
 
@@ -48,7 +48,7 @@ class SensorNoise:
         """A model with the noise of this run where that is surely larger than was learned; else the model itself."""
         if len(self.bends) < EXECUTION.readings:
             return model
-        spread = np.median(self.bends, axis=0) / (_MEDIAN * np.sqrt(6.0))
+        spread = np.median(self.bends, axis=0) / (HALF_NORMAL * np.sqrt(6.0))
         surely = spread * max(0.0, 1.0 - LEARNING.sure * _SPREAD / np.sqrt(len(self.bends)))
         noise, at = {}, 0
         for name, space in model.graph.objects.items():

@@ -12,7 +12,7 @@ from ichain_drake.control.execution.following import goes_along
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.planning.holding import taken_as
 from ichain_drake.control.planning.motion import Motion
-from ichain_drake.control.planning.travel import corners, jumping
+from ichain_drake.control.planning.travel import jumping
 from ichain_drake.errors import UnreachableError
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
@@ -32,7 +32,7 @@ class Switch(Task):
     wait: int = 0
     retreating: bool = False
     forced: bool = False
-    far: int = 0  # states of the path before the demonstrated ones
+    far: bool = False  # whether the first state of the path is still to be reached, from wherever the robot was
     course: Course = field(default_factory=Course)
     onward: Task | None = None  # what the plan goes on with, where the child goes along
     trial: Task | None = None
@@ -141,7 +141,7 @@ class Switch(Task):
             return view.command.copy()
         if there:
             self.path.pop(0)
-            self.far, self.course = max(self.far - 1, 0), Course()
+            self.far, self.course = False, Course()
         return command
 
     def _lay(self, view: View, activate: bool) -> list[FloatArray]:
@@ -152,9 +152,5 @@ class Switch(Task):
             child = states[self.edge.child]
             prefer = taken_as(view.model, self.motion, int(self.motion.grasp(child[None])[0][0]), child)
         path = view.skills.path(view.model, self.edge, activate, states, self.attempt, prefer, self.first)
-        self.far, self.course = 0, Course()
-        if not activate:
-            return list(path)
-        way = corners(view.model, states, path[0], view.vias)
-        self.far = len(way)
-        return [*way, *path[1:]]
+        self.far, self.course = activate, Course()
+        return list(path)

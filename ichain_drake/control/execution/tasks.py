@@ -59,7 +59,6 @@ class View:
     Attributes:
         model: the learned graph.
         skills: of the robot's interactions.
-        vias: robot states in which nothing is switched.
         readings: measured states of the last ticks, the newest last.
         command: the last command, shape (n_root,).
         monitors: whether to watch.
@@ -71,7 +70,6 @@ class View:
 
     model: InteractionModel
     skills: Skills
-    vias: list[FloatArray]
     readings: list[dict[str, FloatArray]]
     command: FloatArray
     monitors: bool = True

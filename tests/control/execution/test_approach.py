@@ -28,8 +28,8 @@ def poured(levels: list[float], end: float, until: float) -> list[bool]:
     readings = []
     for level in levels:
         readings.append({**HELD, "cup": np.array([0.2, 0.05]), "tank": np.array([level, 0.0])})
-        answers.append(approach.act(View(MODEL, Skills({}, {}), [], readings, HELD["robot"])))
-    answers.append(drive.act(View(MODEL, Skills({}, {}), [], readings, HELD["robot"])))
+        answers.append(approach.act(View(MODEL, Skills({}, {}), readings, HELD["robot"])))
+    answers.append(drive.act(View(MODEL, Skills({}, {}), readings, HELD["robot"])))
     return [isinstance(a, str) and a == DONE for a in answers]
 
 

@@ -35,6 +35,9 @@ class Mistaken(InteractionModel):
         right = super().decide(edge, states)
         return self.says(states, right) if edge == HELD else right
 
+    def with_noise(self, noise: dict[str, FloatArray]) -> Mistaken:
+        return self
+
 
 def mistaken(says: Says, goal: list[str], world: SmallWorld, settings: ExecutorSettings | None = None) -> Executor:
     """An executor whose classifier is wrong; what it plans with is not."""

@@ -5,7 +5,7 @@ import pytest
 from small_job import GRAPH, fresh, learned, readings
 
 from ichain_drake.control.planning.skills import Skills
-from ichain_drake.control.planning.travel import corners, resting_states, step_towards
+from ichain_drake.control.planning.travel import step_towards
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.status.events import SwitchingWindow
@@ -82,18 +82,3 @@ def test_steps_are_straight_and_what_jumps_changes_on_arrival() -> None:
         assert now[0] == pytest.approx(2 * now[1])
         assert now[3] == float(there)
     assert seen == [False, False, True]
-
-
-def test_the_way_goes_around_what_it_would_switch() -> None:
-    model, _, _ = learned()
-    states = readings(fresh())
-    start, goal = np.array([0.5, 0.1, 0.1, 1.0]), np.array([0.5, 0.5, 0.1, 1.0])  # the valve is in between
-    vias = resting_states(model)
-    way = corners(model, states | {"hand": start}, goal, vias)
-    assert len(way) == 2
-    np.testing.assert_array_equal(way[-1], goal)
-    for a, b in ((start, way[0]), (way[0], goal)):
-        points = a + np.linspace(0.16, 0.84, 12)[:, None] * (b - a)
-        batch = {n: np.repeat(v[None], 12, axis=0) for n, v in states.items()} | {"hand": points}
-        assert (model.decide(VALVE, batch) < 0).all()
-    assert len(corners(model, states | {"hand": start}, np.array([0.3, 0.1, 0.1, 1.0]), vias)) == 1
