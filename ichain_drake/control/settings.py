@@ -73,7 +73,6 @@ class ExecutionSettings:
         readings: averaged where one look was not enough.
         corrected: ticks after which a carried object is looked at anew.
         shortest: ticks over which it is seen whether something goes along, at least.
-        spread_rows: readings from which on their noise is estimated anew.
         noise_rows: newest readings that the noise of a run is estimated by.
         ahead: of a range: a demonstrated pose beyond what was planned is one from here on.
         slack: of a range, within which a motion is there.
@@ -86,7 +85,6 @@ class ExecutionSettings:
     readings: int = setting(12, "ticks", lower=1)
     corrected: int = setting(5, "ticks", lower=1)
     shortest: int = setting(2, "ticks", lower=1)
-    spread_rows: int = setting(10, "readings", lower=3)
     noise_rows: int = setting(120, "readings", lower=3)
     ahead: float = setting(0.03, "share", above=0, below=1)
     slack: float = setting(0.005, "share", above=0, below=1)

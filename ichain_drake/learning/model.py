@@ -6,15 +6,15 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ichain_drake.demonstrations import Demonstration, data_hash
-from ichain_drake.errors import ActiveCycleError, InputError
+from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.batch import flatten, forced_status, shaped
 from ichain_drake.learning.chain.chain import DEMONSTRATIONS, LearnedChain
+from ichain_drake.learning.cycles import Ring, refuse_active, rings_of
 from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.report import report
@@ -318,9 +318,8 @@ class InteractionModel:
         return tuple(sorted(members, key=lambda n: (len(self.graph.chain(n)), self.order.index(self._incoming[n][0]))))
 
     @cached_property
-    def _cycles(self) -> list[list[Interaction]]:
-        rings = nx.simple_cycles(self.graph.digraph)
-        return [[Interaction(a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)] for ring in rings]
+    def _cycles(self) -> list[Ring]:
+        return rings_of(self.graph)
 
     def refuse_cycles(self, on: Mapping[Interaction, BoolArray], time: float | None) -> None:
         """Refuse a cycle of interactions that are active at the same time.
@@ -332,17 +331,7 @@ class InteractionModel:
         Raises:
             ActiveCycleError: names the interactions.
         """
-        for ring in self._cycles:
-            if ring[0] not in on:
-                continue
-            rows = np.flatnonzero(np.all([on[e] for e in ring], axis=0))
-            if len(rows):
-                when = "" if time is None else f" at t = {time:.3f} s"
-                where = "" if len(on[ring[0]]) == 1 else f" in row {rows[0]}"
-                names = ", ".join(e.name for e in ring)
-                raise ActiveCycleError(
-                    f"active interactions form a cycle{when}{where}: {names}; deactivate one of them"
-                )
+        refuse_active(self._cycles, on, time)
 
     def _around(self, child: str) -> tuple[str, ...]:
         return (child, *self.graph.parents(child))

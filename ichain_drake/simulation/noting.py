@@ -1,4 +1,4 @@
-"""What is recorded of a piece goes on, about once a second, to whoever keeps it while it isn't whole yet."""
+"""What is recorded of a piece goes on, about twice a second, to whoever keeps it while it isn't whole yet."""
 
 from __future__ import annotations
 

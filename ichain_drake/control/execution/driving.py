@@ -233,8 +233,6 @@ class DriveTask(Task):
         if not enabled("stalled"):
             return False
         assert self.step is not None
-        if len(values) >= EXECUTION.spread_rows:  # a noisier sensor than in the demonstrations needs longer windows
-            noise = max(noise, float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6.0)))
         rate = max(change / max(self.step.ticks, 1), 1e-9)
         w = int(np.clip(np.ceil((6.0 * noise / rate) ** (2.0 / 3.0)), 6, 40))
         if len(values) < 2 * w + 2:

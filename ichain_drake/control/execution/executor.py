@@ -303,7 +303,8 @@ class Executor:
 
     def _last_look(self, memory: Memory) -> None:
         assert memory.giving_up is not None
-        if unmet(self._model(memory), self.goal, self._view(memory).averaged(EXECUTION.readings)):
+        many = EXECUTION.readings
+        if unmet(self._model(memory), self.goal, self._view(memory).averaged(many), many):
             self._stop(memory, *memory.giving_up)
         else:
             memory.mode, memory.reason, memory.tasks = Mode.REACHED, "goal reached", []

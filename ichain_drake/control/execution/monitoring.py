@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ichain_drake.control.planning.goals import gap, inside, value_of, words
@@ -29,19 +31,20 @@ def gone(model: InteractionModel, reading: States) -> str:
     return ""
 
 
-def unmet(model: InteractionModel, goal: Goal, states: States) -> str:
+def unmet(model: InteractionModel, goal: Goal, states: States, readings: int = LEARNING.look) -> str:
     """Which condition of a goal does not hold, or not surely, in words; empty if all hold.
 
     Args:
         model: the learned graph.
         goal: what is wanted.
-        states: measured, means of four readings, shape (n_variables,) each.
+        states: measured, means of readings, shape (n_variables,) each.
+        readings: how many each is the mean of: the more there are, the less a goal has to hold by.
     """
     for c in goal.conditions:
         value = float(value_of(c, states, model.graph))
         if gap(c, value) > 0:
             return f"{words(c, model.graph)} does not hold: it is {value:.4g}"
-        if gap(inside(c, model, LEARNING.faint), value) > 0:
+        if gap(inside(c, model, LEARNING.sure / math.sqrt(readings)), value) > 0:
             return f"{words(c, model.graph)} holds by less than readings can tell: it is {value:.4g}"
     for e in goal.inactive:
         if float(model.decide(e, states)) >= 0:

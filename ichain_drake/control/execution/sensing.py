@@ -21,7 +21,8 @@ class SensorNoise:
     """What readings of a run tell of their noise.
 
     Second differences of what stands still, or moves evenly, are those of its noise alone, with six times the variance
-    of a reading; their median is hardly moved by what speeds up now and then.
+    of a reading (the residuals of Gasser, Sroka and Jennen-Steinmetz, Biometrika 73, 1986); their median is hardly
+    moved by what speeds up now and then.
 
     Attributes:
         steps: the last change of every variable of all objects, joined; empty before the second reading.
@@ -37,6 +38,9 @@ class SensorNoise:
         Args:
             model: names the objects.
             before, now: successive readings, shape (n_variables,) each.
+
+        Returns:
+            What is known with it; this one is left as it is.
         """
         spaces = {n: s.observable for n, s in model.graph.objects.items()}
         steps = np.concatenate([s.difference(now[n], before[n]) for n, s in spaces.items()])
@@ -45,7 +49,16 @@ class SensorNoise:
         return SensorNoise(steps, (*self.bends[1 - EXECUTION.noise_rows :], np.abs(steps - self.steps)))
 
     def in_force(self, model: InteractionModel) -> InteractionModel:
-        """A model with the noise of this run where that is surely larger than was learned; else the model itself."""
+        """A model with the noise of this run where that is surely larger than was learned.
+
+        Surely: by two standard errors of the estimate. What is read exactly, or in whole numbers, stays as learned.
+
+        Args:
+            model: as learned.
+
+        Returns:
+            The same model, the very object where nothing is louder.
+        """
         if len(self.bends) < EXECUTION.readings:
             return model
         spread = np.median(self.bends, axis=0) / (HALF_NORMAL * np.sqrt(6.0))
@@ -53,8 +66,8 @@ class SensorNoise:
         noise, at = {}, 0
         for name, space in model.graph.objects.items():
             known = model.noise[name]
-            found = surely[at : at + len(known)]
+            part = slice(at, at + len(known))
             at += len(known)
-            louder = (found > known) & (known > 0) & ~space.observable.jump_mask
-            noise[name] = np.where(louder, found, known)
+            louder = (surely[part] > known) & (known > 0) & ~space.observable.jump_mask
+            noise[name] = np.where(louder, spread[part], known)
         return model if all(np.array_equal(noise[n], model.noise[n]) for n in noise) else model.with_noise(noise)

@@ -27,6 +27,7 @@ def test_a_range_that_is_missed_or_hardly_met_is_unmet() -> None:
     assert "does not hold: it is 0.2" in unmet(model, goal, {**LAMP_START, "dimmer": np.array([0.2])})
     near = {**LAMP_START, "dimmer": np.array([0.25 + 0.5 * model.noise["dimmer"][0]])}
     assert "holds by less than readings can tell" in unmet(model, goal, near)
+    assert unmet(model, goal, near, readings=16) == "", "the mean of more readings tells more"
 
 
 def off_by(obj: str, variable: str, share: float) -> str:

@@ -1,0 +1,42 @@
+"""Cycles of interactions: a graph may have them, but no cycle may be active as a whole (paper sec. V)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from ichain_drake.errors import ActiveCycleError
+from ichain_drake.graph import Interaction, InteractionGraph
+
+Ring = list[Interaction]
+
+
+def rings_of(graph: InteractionGraph) -> list[Ring]:
+    """Every cycle of a graph, as the interactions along it."""
+    rings = nx.simple_cycles(graph.digraph)
+    return [[Interaction(a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)] for ring in rings]
+
+
+def refuse_active(rings: Sequence[Ring], on: Mapping[Interaction, NDArray[np.bool_]], time: float | None) -> None:
+    """Refuse a cycle of interactions that are active at the same time.
+
+    Args:
+        rings: all cycles; those of which `on` says nothing are left out.
+        on: status of interactions, shape (n,).
+        time: named in the error [s].
+
+    Raises:
+        ActiveCycleError: names the interactions.
+    """
+    for ring in rings:
+        if ring[0] not in on:
+            continue
+        rows = np.flatnonzero(np.all([on[e] for e in ring], axis=0))
+        if len(rows):
+            when = "" if time is None else f" at t = {time:.3f} s"
+            where = "" if len(on[ring[0]]) == 1 else f" in row {rows[0]}"
+            names = ", ".join(e.name for e in ring)
+            raise ActiveCycleError(f"active interactions form a cycle{when}{where}: {names}; deactivate one of them")
