@@ -1,42 +1,53 @@
-"""Mutation run: break the code in one place at a time, and see whether the tests beside it notice.
+"""Mutation run: break the code in one place at a time, and see whether the tests that reach it notice.
 
-    python tests/mutation.py --sample 100 --seed 1
+    python tests/mutation.py --sample 400 --seed 1 --jobs 2 --report mutants.json
 
-Needs the extra `mutation` (cosmic-ray, whose operators and machinery these are) and a suite that passes. Works on a
-copy, so that the tree is left alone whenever it is stopped. Places are drawn at random, then one of the changes that
-are possible there: another arithmetic or comparison operator, a number, a condition, a skipped loop. Changes of
-annotations and decorators are left out, as are those that no test could miss (arithmetic as bitwise operators).
+Needs the extra `mutation` (cosmic-ray, whose operators these are, and pytest-cov) and a suite that passes. Works on
+copies, so that the tree is left alone whenever it is stopped; with `--resume` it goes on from the report. Places are
+drawn at random, then one of the changes that are possible there: another arithmetic or comparison operator, a number,
+a condition, a skipped loop. Changes of annotations are left out, as are those that no test could miss (arithmetic as
+bitwise operators).
 
-A mutated module is tested by the file that mirrors it, `tests/a/test_b.py` for `ichain_drake/a/b.py`, by near ones that
-import it and by others of its folder; then by small runs from end to end. A mutant is killed if a test fails, or does
-not come to an end within the time limit.
+The suite runs once, with the lines that each test reaches noted (`--coverage FILE` keeps that for the next time). A
+mutant's tests are those that reach its line, the ones beside its module first and then the quick ones, as many as fit
+into `--budget` seconds. It is killed if one of them fails or they don't come to an end in time. A line that no test
+reaches is a mutant that survived.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import difflib
+import importlib
 import json
+import multiprocessing
 import os
 import random
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from queue import Queue
+from typing import Any
+from xml.etree import ElementTree
 
+import coverage
 from cosmic_ray.ast import ast_nodes, get_ast_from_path
-from cosmic_ray.mutating import mutate_and_test
+from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
-from cosmic_ray.work_item import MutationSpec, TestOutcome
 
 ROOT = Path(__file__).parents[1]
-COPIED = ("ichain_drake", "tests", "models", "examples", "pyproject.toml")
+COPIED = ("ichain_drake", "tests", "models", "examples", "docs", "benchmarks", "README.md", "pyproject.toml")
 PACKAGES = ("learning", "control", "runs")
-END_TO_END = ("tests/runs/goals/test_lamp.py", "tests/control/execution/test_executor.py")
-MOST_FILES = 6  # of those beside a module: what all of them miss, end-to-end runs are the better judge of
+WARM = ("numpy", "scipy.optimize", "scipy.spatial", "sklearn.base", "pandas", "pydrake.multibody.plant", "hypothesis")
+"""What most tests import and no mutant changes: loaded once, before the processes that run tests are forked."""
+
 _ARITHMETIC, _ORDER = "Add|Sub|Mul|Div", "Lt|LtE|Gt|GtE|Eq|NotEq"
 OPERATORS = re.compile(
     rf"core/(ReplaceBinaryOperator_({_ARITHMETIC}|Pow|Mod|FloorDiv)_({_ARITHMETIC})"
@@ -45,9 +56,11 @@ OPERATORS = re.compile(
     r"|ReplaceUnaryOperator_(Delete_USub|Delete_Invert|Delete_Not|USub_UAdd)"
     r"|AddNot|Replace(True|False|And|Or|Break|Continue)With\w+|NumberReplacer|ZeroIterationForLoop)"
 )
+Mutant = tuple[str, int, int, str, int]
+"""Module, line, column, operator, and which of the operator's places in the module."""
 
 
-def annotations(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+def annotated(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     """Where annotations are: nothing reads most of them at run time."""
     found = []
     for node in ast.walk(ast.parse(source)):
@@ -57,54 +70,156 @@ def annotations(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     return found
 
 
-def mutants(module: Path) -> dict[tuple[int, int], list[MutationSpec]]:
+def mutants(module: Path) -> dict[tuple[int, int], list[Mutant]]:
     """Possible changes of a module by place."""
-    tree, skipped = get_ast_from_path(module), annotations(module.read_text())
-    places: dict[tuple[int, int], list[MutationSpec]] = {}
+    tree, skipped = get_ast_from_path(module), annotated(module.read_text())
+    places: dict[tuple[int, int], list[Mutant]] = {}
     for name in filter(OPERATORS.fullmatch, operator_names()):
         operator = get_operator(name)()
         spans = [span for node in ast_nodes(tree) for span in operator.mutation_positions(node)]
-        for k, (start, end) in enumerate(spans):
+        for k, (start, _end) in enumerate(spans):
             if not any(first <= tuple(start) < last for first, last in skipped):
-                spec = MutationSpec(module, name, k, tuple(start), tuple(end))
-                places.setdefault(tuple(start), []).append(spec)
+                places.setdefault(tuple(start), []).append((str(module), *start, name, k))
     return places
 
 
-def tests_of(module: Path) -> list[str]:
-    """Test files of a module, those that mirror it first; both relative to the tree."""
-    dotted = ".".join(module.with_suffix("").parts).removesuffix(".__init__")
-    mirror = Path("tests", *module.parts[1:-1], f"test_{module.stem}.py")
-    files = sorted(Path("tests").rglob("test_*.py"))
-    imports = re.compile(rf"\b{re.escape(dotted)}\b(?!\.)")
-    near = [f for f in files if f != mirror and f.parts[1] in (*PACKAGES, "learned_graph")]
-    direct = [f for f in near if imports.search(f.read_text())]
-    folder = [f for f in files if f.parent == mirror.parent]
-    found = dict.fromkeys(([mirror] if mirror.exists() else []) + direct + folder)
-    return list(dict.fromkeys([*map(str, list(found)[:MOST_FILES]), *END_TO_END]))
-
-
-def run(sample: int, seed: int, limit: float, packages: tuple[str, ...]) -> Iterator[dict[str, object]]:
-    """Test so many mutants, drawn by place; the present folder is a copy of the tree."""
+def drawn(sample: int, seed: int, packages: tuple[str, ...]) -> list[Mutant]:
+    """So many mutants, drawn by place; the same for the same tree and seed."""
     modules = sorted(f for p in packages for f in Path("ichain_drake", *p.split("/")).rglob("*.py"))
-    drawn = random.Random(seed)
+    chance = random.Random(seed)
     places = [found for module in modules for found in mutants(module).values()]
-    for found in drawn.sample(places, min(sample, len(places))):
-        spec = drawn.choice(found)
-        began, files = time.monotonic(), tests_of(Path(spec.module_path))
-        command = f"{sys.executable} -m pytest -x -q --no-header {' '.join(files)}"
-        result = mutate_and_test([spec], command, limit)
-        killed, said = result.test_outcome == TestOutcome.KILLED, result.output or ""
-        if killed and said != "timeout" and not re.search(r"\d+ (failed|error)", said):
-            raise SystemExit(f"no test ran: {command}\n{said}")
-        yield {
-            "place": f"{spec.module_path}:{spec.start_pos[0]}:{spec.start_pos[1]}",
-            "operator": spec.operator_name.removeprefix("core/"),
-            "outcome": "timeout" if killed and said == "timeout" else str(result.test_outcome.value),
-            "change": [x for x in (result.diff or "").splitlines() if re.match(r"[+-](?![+-])", x)],
-            "tests": files,
-            "seconds": round(time.monotonic() - began, 1),
-        }
+    return [chance.choice(found) for found in chance.sample(places, min(sample, len(places)))]
+
+
+class Reached:
+    """Which tests reach a line, and how long each takes: of one run of the whole suite in the present folder."""
+
+    def __init__(self, kept: Path, jobs: int) -> None:
+        times = kept.with_suffix(".xml")
+        if not (kept.exists() and times.exists()):
+            sources = ",".join(f"ichain_drake/{name}" for name in PACKAGES)
+            Path("coverage.ini").write_text(f"[run]\nsource={sources}\nrelative_files=true\ndata_file={kept}\n")
+            command = [sys.executable, "-m", "pytest", "-q", f"-n{jobs}", "--dist=loadfile", f"--junitxml={times}"]
+            noted = ["--cov", "--cov-config=coverage.ini", "--cov-context=test", "--cov-report="]
+            subprocess.run([*command, *noted], check=False)  # a test that fails is left out below
+        self.data = coverage.CoverageData(str(kept))
+        self.data.read()
+        self.seconds: dict[str, float] = {}
+        self.red: set[str] = set()
+        for case in ElementTree.parse(times).iter("testcase"):
+            file = case.get("classname", "").replace(".", "/") + ".py"
+            name = f"{file}::{case.get('name')}"
+            self.seconds[name] = float(case.get("time", 0))
+            if case.find("failure") is not None or case.find("error") is not None:
+                self.red.add(name)
+
+    def tests(self, mutant: Mutant, budget: float) -> list[str]:
+        """Tests of the mutant's line, the likely and quick ones first, as many as fit; whoever imports it, if it is
+        run on import alone."""
+        module, line = mutant[0], mutant[1]
+        lines = self.data.contexts_by_lineno(module)
+        spanned = next((n for n in range(line, 0, -1) if n in lines), line)  # a statement is noted by its first line
+        found = {c.split("|")[0] for c in lines.get(spanned, []) if c}
+        if not found and "" in lines.get(spanned, []):
+            found = {c.split("|")[0] for contexts in lines.values() for c in contexts if c}
+        own, part = f"test_{Path(module).stem}.py", Path(module).parts[1:-1]
+
+        def order(test: str) -> tuple[int, float]:
+            file = Path(test.partition("::")[0])
+            near = 0 if file.name == own else 1 if file.parts[1:-1] == part else 2
+            return near, self.seconds[test]
+
+        chosen: list[str] = []
+        for test in sorted(found & self.seconds.keys() - self.red, key=order):
+            if not chosen or budget > self.seconds[test]:
+                chosen.append(test)
+                budget -= self.seconds[test]
+        return chosen
+
+
+def _suite(folder: str, tests: list[str], log: str) -> None:
+    """In a process of its own: run tests of the copy in `folder`; its exit status is pytest's."""
+    os.chdir(folder)
+    sys.path.insert(0, folder)
+    os.environ |= {"PYTHONPATH": folder, "OMP_NUM_THREADS": "1", "PYTEST_XDIST_WORKER": "gw0"}
+    sys.dont_write_bytecode = True
+    with Path(log).open("w") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+        import pytest
+
+        # What pieces are recorded is shared by all mutants, as by the workers of xdist: beside the folder of a run.
+        plain = ["-x", "-q", "--no-header", "-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:cov"]
+        status = pytest.main([*plain, f"--basetemp={folder}/shared/run", *tests])
+        sys.stdout.flush()
+        os._exit(int(status))
+
+
+def tested(mutant: Mutant, tests: list[str], folder: Path, limit: float) -> dict[str, Any]:
+    """Try one mutant in a copy, which is as before afterwards."""
+    module, line, column, operator, which = mutant
+    file, began = folder / module, time.monotonic()
+    before = file.read_text()
+    after = mutate_code(before.encode(), get_operator(operator)(), which)
+    after = after.decode() if isinstance(after, bytes) else after
+    diff = difflib.unified_diff(before.splitlines(), (after or before).splitlines(), n=0, lineterm="")
+    outcome, said = "survived", ""
+    if tests:
+        (folder / "shared").mkdir(exist_ok=True)
+        for learned in (folder / "shared").glob("*_model.pickle"):
+            learned.unlink()  # with other code it is another one
+        file.write_text(after or before)
+        log = folder / "log.txt"
+        child = multiprocessing.get_context("fork").Process(target=_suite, args=(str(folder), tests, str(log)))
+        child.start()
+        child.join(limit)
+        outcome = {0: "survived", None: "timeout", 5: "no test ran", 4: "no test ran"}.get(child.exitcode, "killed")
+        if child.exitcode is None:
+            child.kill()
+            child.join()
+        said = "\n".join(log.read_text(errors="replace").splitlines()[-3:])
+        file.write_text(before)
+    return {
+        "place": f"{module}:{line}:{column}",
+        "operator": f"{operator.removeprefix('core/')}/{which}",
+        "outcome": outcome,
+        "change": [x for x in diff if re.match(r"[+-](?![+-])", x)],
+        "tests": len(tests),
+        "said": said if outcome != "survived" else "",
+        "seconds": round(time.monotonic() - began, 1),
+    }
+
+
+def run(options: argparse.Namespace, rows: list[dict[str, Any]], folder: Path) -> Iterator[dict[str, Any]]:
+    """Test mutants in copies of the tree below `folder`; those of `rows` are done."""
+    copies = [folder / str(k) for k in range(options.jobs)]
+    for place in copies:
+        for name in COPIED:
+            copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+            copy(ROOT / name, place / name)
+        for cached in place.rglob("__pycache__"):
+            shutil.rmtree(cached)  # made by the second, so that a changed file could pass for its forerunner
+    os.chdir(copies[0])
+    os.environ["PYTHONPATH"] = str(copies[0])
+    reached = Reached(options.coverage or folder / "coverage.data", options.jobs)
+    for name in (*WARM, "pytest"):
+        importlib.import_module(name)
+    done = {(row["place"], row["operator"]) for row in rows}
+    wanted = drawn(options.sample, options.seed, tuple(options.packages))
+    left = [m for m in wanted if (f"{m[0]}:{m[1]}:{m[2]}", f"{m[3].removeprefix('core/')}/{m[4]}") not in done]
+    free: Queue[Path] = Queue()
+    for place in copies:
+        free.put(place)
+
+    def one(mutant: Mutant) -> dict[str, Any]:
+        place = free.get()
+        try:
+            return tested(mutant, reached.tests(mutant, options.budget), place, 3 * options.budget + 60)
+        finally:
+            free.put(place)
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        yield from pool.map(one, left)
 
 
 def main() -> None:
@@ -112,28 +227,27 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sample", type=int, default=100, help="mutants")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
-    parser.add_argument("--limit", type=float, default=300.0, help="time for one mutant's tests [s]")
+    parser.add_argument("--jobs", type=int, default=1, help="mutants at a time")
+    parser.add_argument("--budget", type=float, default=40.0, help="of a mutant's tests, as they took without it [s]")
     parser.add_argument("--packages", nargs="+", default=list(PACKAGES), help="such as learning or runs/goals")
+    parser.add_argument("--coverage", type=Path, help="file of the lines that tests reach; made where there is none")
     parser.add_argument("--report", type=Path, help="JSON file of all rows")
+    parser.add_argument("--resume", action="store_true", help="go on from the report")
     options = parser.parse_args()
-    report, rows = options.report and options.report.absolute(), []
+    report = options.report and options.report.absolute()
+    options.coverage = options.coverage and options.coverage.absolute()
+    rows = json.loads(report.read_text()) if options.resume and report and report.exists() else []
     with tempfile.TemporaryDirectory() as folder:
-        for name in COPIED:
-            copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
-            copy(ROOT / name, Path(folder, name))
-        os.chdir(folder)
-        os.environ |= {"PYTHONPATH": folder, "OMP_NUM_THREADS": "1"}
         try:
-            for row in run(options.sample, options.seed, options.limit, tuple(options.packages)):
+            for row in run(options, rows, Path(folder).resolve()):
                 rows.append(row)
-                print(
-                    f"{row['outcome']:9} {row['seconds']:6} s  {row['place']}  {'  '.join(row['change'])}", flush=True
-                )
+                change = "  ".join(row["change"])
+                print(f"{row['outcome']:11} {row['seconds']:6} s  {row['place']}  {change}", flush=True)
                 if report:
                     report.write_text(json.dumps(rows, indent=1))
         finally:
             os.chdir(ROOT)
-    dead = sum(row["outcome"] != "survived" for row in rows)
+    dead = sum(row["outcome"] in ("killed", "timeout") for row in rows)
     late = sum(row["outcome"] == "timeout" for row in rows)
     print(f"{dead} of {len(rows)} mutants killed: {dead / max(1, len(rows)):.2f}; {late} of them by the time limit")
 

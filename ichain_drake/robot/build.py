@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Literal
 
-from ichain_drake.errors import InputError
+from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.robot.hand import HAND
 from ichain_drake.robot.ideal import IdealHand
@@ -46,7 +47,21 @@ def build_robot(
     if physics not in ROBOT_PHYSICS:
         raise InputError(f"physics {physics!r}: choose {', '.join(ROBOT_PHYSICS)}")
     if physics == "ideal":
+        _check_arm(spec)
         speeds = {"linear_speed": spec.linear_speed, "angular_speed": spec.angular_speed}
         home = spec.home_hand() if start is None else HAND.check(start, "hand state")
         return IdealHand(spec.hand, home, seed, object_id, **speeds)
     return ArmRobot(spec, (bodies or {}) if physics == "contact" else {}, seed, object_id, start)
+
+
+_ARM = ("model", "directives", "scenery", "arm", "gripper", "hand_frame", "gripper_open", "gripper_closed",
+        "kp", "kd", "gripper_kp", "gripper_kd", "gripper_speed", "postures", "posture_weights", "posture_gain",
+        "speed_scale", "plant_step", "ik_rate")  # fmt: skip
+
+
+def _check_arm(spec: RobotSpec) -> None:
+    """Refuse an arm that can't be, where a point stands in for it: what is set wrongly is said in every physics."""
+    usual = RobotSpec()
+    if any(getattr(spec, name) != getattr(usual, name) for name in _ARM):
+        with suppress(UnreachableError):  # a point can be where no arm can
+            ArmRobot(spec, {})

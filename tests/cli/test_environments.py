@@ -116,13 +116,14 @@ def test_a_full_disk_is_one_line_in_every_command_that_writes(ichain, tmp_path: 
     assert made.status == 0
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")
 def test_a_folder_that_may_only_be_read(small, ichain, tmp_path: Path) -> None:
+    folder = Path("/sys") if os.geteuid() == 0 else tmp_path  # where not even root may make a file
+    refusals = ("Permission denied", "Operation not permitted", "Read-only file system")
     tmp_path.chmod(0o555)
     try:
-        run, pieces = ["run", "car_game", *small, "-o", tmp_path / "a"], ["teach", "car_game", "-o", tmp_path / "t"]
-        for command in (["graph", "car_game", "-o", tmp_path / "g.dot"], run, pieces):
+        run, pieces = ["run", "car_game", *small, "-o", folder / "a"], ["teach", "car_game", "-o", folder / "t"]
+        for command in (["graph", "car_game", "-o", folder / "g.dot"], run, pieces):
             done = ichain(*command)
-            assert (done.status, "Permission denied" in done.line) == (2, True), done
+            assert (done.status, any(r in done.line for r in refusals)) == (2, True), done
     finally:
         tmp_path.chmod(0o755)

@@ -9,7 +9,7 @@ from joystick_scene import STICK, Runner
 from other_arm import OTHER, other_arm
 
 from ichain_drake.errors import InputError, UnreachableError
-from ichain_drake.robot import BodySpec, HandSpec, Posture, RobotSpec, build_robot, hand_pose
+from ichain_drake.robot import BodySpec, HandSpec, Physics, Posture, RobotSpec, build_robot, hand_pose
 from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.plant import control_plant
 
@@ -115,9 +115,14 @@ def test_no_feedthrough_and_no_bodies_in_arm_physics() -> None:
         ({"model": str(OTHER)}, "is not a directives file"),
     ],
 )
-def test_bad_robot_specs_name_the_key(change: dict, message: str) -> None:
+@pytest.mark.parametrize("physics", ["arm", "ideal"])
+def test_bad_robot_specs_name_the_key(change: dict, message: str, physics: Physics) -> None:
     with pytest.raises(InputError, match=message):
-        build_robot(replace(RobotSpec(), **change), "arm")
+        build_robot(replace(RobotSpec(), **change), physics)
+
+
+def test_a_point_can_start_where_an_arm_of_another_kind_can_not() -> None:
+    assert build_robot(replace(RobotSpec(), home={"x": 5.0}, ik_rate=120), "ideal")
 
 
 @pytest.mark.parametrize(
