@@ -40,7 +40,6 @@ _EVERY = (
     Rule("conserve", "errors of learned flows add up: a long drive would make water out of nothing", _PLANNING),
     Rule("can_hold", "an object may stand where the robot can't take it, or may not let go of it", _PLANNING),
     Rule("landmarks", "what only mixes becomes as its givers are: these must be so first", _PLANNING),
-    Rule("novelty", "progress may have to be undone first: states that show something new are tried first", _PLANNING),
     Rule("push_further", "a stiffer button than was shown: press as far as anybody did before giving up", _EXECUTION),
     Rule("carry_further", "a drive that stops short: bring what is carried on as far as was shown", _EXECUTION),
     Rule("over_on_the_way", "a fast flow may be done before the drive's pose is reached", _EXECUTION),

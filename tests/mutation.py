@@ -5,8 +5,8 @@
 Needs the extra `mutation` (cosmic-ray, whose operators these are, and pytest-cov) and a suite that passes. Works on
 copies, so that the tree is left alone whenever it is stopped; with `--resume` it goes on from the report. Places are
 drawn at random, then one of the changes that are possible there: another arithmetic or comparison operator, a number,
-a condition, a skipped loop. Changes of annotations are left out, as are those that no test could miss (arithmetic as
-bitwise operators).
+a condition, a skipped loop. Annotations, decorators and guards (`strict=`) are left out, as are changes that no test
+could miss (arithmetic as bitwise operators).
 
 The suite runs once, with the lines that each test reaches noted (`--coverage FILE` keeps that for the next time). A
 mutant's tests are those that reach its line, the ones beside its module first and then the quick ones, as many as fit
@@ -60,11 +60,17 @@ Mutant = tuple[str, int, int, str, int]
 """Module, line, column, operator, and which of the operator's places in the module."""
 
 
-def annotated(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """Where annotations are: nothing reads most of them at run time."""
+def left_out(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Where annotations, decorators and `strict=` are: what they say is read by people and checkers, or is a guard."""
     found = []
     for node in ast.walk(ast.parse(source)):
-        parts = [getattr(node, "annotation", None), getattr(node, "returns", None)]
+        parts = [
+            getattr(node, "annotation", None),
+            getattr(node, "returns", None),
+            *getattr(node, "decorator_list", ()),
+        ]
+        if isinstance(node, ast.keyword) and node.arg == "strict":
+            parts.append(node.value)
         for part in (p for p in parts if isinstance(p, ast.expr)):
             found.append(((part.lineno, part.col_offset), (part.end_lineno or 0, part.end_col_offset or 0)))
     return found
@@ -72,23 +78,24 @@ def annotated(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 def mutants(module: Path) -> dict[tuple[int, int], list[Mutant]]:
     """Possible changes of a module by place."""
-    tree, skipped = get_ast_from_path(module), annotated(module.read_text())
+    tree = get_ast_from_path(module)
     places: dict[tuple[int, int], list[Mutant]] = {}
     for name in filter(OPERATORS.fullmatch, operator_names()):
         operator = get_operator(name)()
         spans = [span for node in ast_nodes(tree) for span in operator.mutation_positions(node)]
         for k, (start, _end) in enumerate(spans):
-            if not any(first <= tuple(start) < last for first, last in skipped):
-                places.setdefault(tuple(start), []).append((str(module), *start, name, k))
+            places.setdefault(tuple(start), []).append((str(module), *start, name, k))
     return places
 
 
 def drawn(sample: int, seed: int, packages: tuple[str, ...]) -> list[Mutant]:
-    """So many mutants, drawn by place; the same for the same tree and seed."""
+    """Mutants of so many places, without those that are left out; the same for the same tree and seed."""
     modules = sorted(f for p in packages for f in Path("ichain_drake", *p.split("/")).rglob("*.py"))
     chance = random.Random(seed)
     places = [found for module in modules for found in mutants(module).values()]
-    return [chance.choice(found) for found in chance.sample(places, min(sample, len(places)))]
+    chosen = [chance.choice(found) for found in chance.sample(places, min(sample, len(places)))]
+    skipped = {m[0]: left_out(Path(m[0]).read_text()) for m in chosen}
+    return [m for m in chosen if not any(first <= m[1:3] < last for first, last in skipped[m[0]])]
 
 
 class Reached:
@@ -114,14 +121,16 @@ class Reached:
                 self.red.add(name)
 
     def tests(self, mutant: Mutant, budget: float) -> list[str]:
-        """Tests of the mutant's line, the likely and quick ones first, as many as fit; whoever imports it, if it is
-        run on import alone."""
+        """Tests of the mutant's line, the likely and quick ones first, as many as fit into the budget."""
         module, line = mutant[0], mutant[1]
-        lines = self.data.contexts_by_lineno(module)
-        spanned = next((n for n in range(line, 0, -1) if n in lines), line)  # a statement is noted by its first line
-        found = {c.split("|")[0] for c in lines.get(spanned, []) if c}
-        if not found and "" in lines.get(spanned, []):
-            found = {c.split("|")[0] for contexts in lines.values() for c in contexts if c}
+        noted = self.data.contexts_by_lineno(module)
+        spanned = next((n for n in range(line, 0, -1) if n in noted), line)  # a statement is noted by its first line
+        found = {c.split("|")[0] for c in noted.get(spanned, []) if c}
+        if not found:  # run on import alone: whoever uses its module, or the modules beside it
+            beside = [f for f in self.data.measured_files() if Path(f).parent == Path(module).parent]
+            for used in ([module], beside):
+                every = (self.data.contexts_by_lineno(f).values() for f in used)
+                found = found or {c.split("|")[0] for lines in every for contexts in lines for c in contexts if c}
         own, part = f"test_{Path(module).stem}.py", Path(module).parts[1:-1]
 
         def order(test: str) -> tuple[int, float]:
@@ -173,7 +182,7 @@ def tested(mutant: Mutant, tests: list[str], folder: Path, limit: float) -> dict
         child = multiprocessing.get_context("fork").Process(target=_suite, args=(str(folder), tests, str(log)))
         child.start()
         child.join(limit)
-        outcome = {0: "survived", None: "timeout", 5: "no test ran", 4: "no test ran"}.get(child.exitcode, "killed")
+        outcome = {0: "survived", None: "timeout", 5: "no test ran"}.get(child.exitcode, "killed")
         if child.exitcode is None:
             child.kill()
             child.join()
@@ -207,6 +216,7 @@ def run(options: argparse.Namespace, rows: list[dict[str, Any]], folder: Path) -
     done = {(row["place"], row["operator"]) for row in rows}
     wanted = drawn(options.sample, options.seed, tuple(options.packages))
     left = [m for m in wanted if (f"{m[0]}:{m[1]}:{m[2]}", f"{m[3].removeprefix('core/')}/{m[4]}") not in done]
+    print(f"{len(wanted)} mutants, {len(done)} of them done", flush=True)
     free: Queue[Path] = Queue()
     for place in copies:
         free.put(place)
@@ -225,7 +235,7 @@ def run(options: argparse.Namespace, rows: list[dict[str, Any]], folder: Path) -
 def main() -> None:
     """Run, print a line a mutant and the score."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sample", type=int, default=100, help="mutants")
+    parser.add_argument("--sample", type=int, default=100, help="places that are drawn")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
     parser.add_argument("--jobs", type=int, default=1, help="mutants at a time")
     parser.add_argument("--budget", type=float, default=40.0, help="of a mutant's tests, as they took without it [s]")

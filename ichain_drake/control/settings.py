@@ -27,7 +27,6 @@ class PlanningSettings:
         meets: of a tick's largest change: how near a predicted state must be to a demonstrated one to go on from it.
         alike: of a tick's largest change, within which demonstrated states are one.
         discount: a tick: looks about fifty ticks ahead, longer than a stroke and a new grasp.
-        bins: over a range, in which states are new or known.
         samples: demonstrated states, or places on the way, that are tried.
         states: demonstrated states in which a status is asked for.
         poses: demonstrated states of an option.
@@ -52,7 +51,6 @@ class PlanningSettings:
     meets: float = setting(0.35, "share", above=0)
     alike: float = setting(0.15, "share", above=0)
     discount: float = setting(0.98, "a tick", above=0, below=1)
-    bins: float = setting(8.0, "bins", above=0)
     samples: int = setting(40, "states", lower=1)
     states: int = setting(24, "states", lower=1)
     poses: int = setting(60, "states", lower=1)

@@ -1,8 +1,4 @@
-"""Which predicted states a search looks at first: unmet conditions, and how new a state is (width-based search).
-
-Counting unmet conditions alone fails where progress has to be undone first. States that show a value, or a pair of
-values, that no state with the same unmet conditions has shown before are therefore preferred (best-first width search,
-Lipovetzky & Geffner, AAAI 2017). Values are binned over the demonstrated ranges, so that no symbol has to be given.
+"""What a search goes by: unmet conditions, landmarks on the way, and which states are alike.
 
 Landmarks (Hoffmann, Porteous & Sebastia, JAIR 2004) are what must be true on the way: what only mixes becomes as hot,
 or as anything, as what comes in, so that one of the givers must be so first. They follow from roles alone.
@@ -11,25 +7,23 @@ or as anything, as what comes in, so that one of the givers must be so first. Th
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from itertools import combinations
 
 import numpy as np
 
 from ichain_drake.control.planning.goals import gap, value_of
 from ichain_drake.control.planning.model import keeps, span
 from ichain_drake.control.planning.plan import Condition, States
-from ichain_drake.control.settings import PLANNING
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 
 
-class Novelty:
-    """How new states are.
+class Alike:
+    """Which states of a search are taken as the same.
 
     Args:
         model: names ranges and variables that keep their values.
-        objects: those that count; default: all. A drift of the others would make every state new.
+        objects: those that count; default: all. A drift of the others would make every state another one.
     """
 
     def __init__(self, model: InteractionModel, objects: Collection[str] | None = None) -> None:
@@ -37,37 +31,15 @@ class Novelty:
         counted = model.graph.objects if objects is None else objects
         self._objects = tuple(n for n in model.graph.objects if n != model.graph.root and n in counted)
         self._kept = {n: np.flatnonzero(keeps(model, n)) for n in self._objects}
-        self._seen: dict[tuple[int, ...], set[tuple[tuple[int, int], ...]]] = {}
 
-    def bins(self, states: States, count: float) -> tuple[int, ...]:
-        """Bin of every variable that keeps its value."""
+    def key(self, states: States) -> tuple[int, ...]:
+        """Which part of its demonstrated range each variable is in that keeps its value; equal for like states."""
         out: list[int] = []
         for n in self._objects:
             part = self._kept[n]
             share = (states[n][part] - self._model.low[n][part]) / span(self._model, n)[part]
-            out += np.round(share * count).astype(int).tolist()
+            out += np.round(share / LEARNING.near).astype(int).tolist()
         return tuple(out)
-
-    def key(self, states: States) -> tuple[int, ...]:
-        """States with equal keys are taken as the same."""
-        return self.bins(states, 1.0 / LEARNING.near)
-
-    def rank(self, states: States, unmet: Sequence[int]) -> int:
-        """1 for a new value, 2 for a new pair of values, 3 for neither; remembers the state.
-
-        Args:
-            states: shape (n_variables,) each.
-            unmet: what states are compared within.
-        """
-        if not enabled("novelty"):
-            return 1
-        seen = self._seen.setdefault(tuple(unmet), set())
-        atoms = tuple(enumerate(self.bins(states, PLANNING.bins)))
-        singles = {(a,) for a in atoms}
-        pairs = set(combinations(atoms, 2))
-        rank = 1 if singles - seen else 2 if pairs - seen else 3
-        seen |= singles | pairs
-        return rank
 
 
 def unmet_conditions(conditions: Sequence[Condition], states: States, model: InteractionModel) -> tuple[int, ...]:

@@ -18,7 +18,7 @@ from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
-from ichain_drake.control.planning.heuristics import Landmarks, Novelty, unmet_conditions
+from ichain_drake.control.planning.heuristics import Alike, Landmarks, unmet_conditions
 from ichain_drake.control.planning.holding import can_hold, hold_probability
 from ichain_drake.control.planning.model import Batch, row, stack, take
 from ichain_drake.control.planning.options import DriveOption
@@ -43,7 +43,6 @@ class SearchSettings:
     Attributes:
         width: states that are expanded at a time.
         steps: of a plan at most.
-        novelty: 1 to expand only states with a new value, 2 also those with a new pair of values, 3 all.
         expansions: states that are expanded at most.
         optimal: whether a plan of least expected time is sought, below the one that is found so; takes long.
         most: states that are expanded at most for that.
@@ -51,7 +50,6 @@ class SearchSettings:
 
     width: int = 48
     steps: int = 24
-    novelty: int = 2
     expansions: int = 240
     optimal: bool = False
     most: int = 20_000
@@ -87,7 +85,7 @@ class Search:
         self.goal = goal
         self.surer = tuple(inside(c, self.model, LEARNING.clear, LEARNING.near) for c in goal.conditions)
         self.frames = Frames(model)
-        self.novelty = Novelty(model, objects)
+        self.alike = Alike(model, objects)
         self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
         self.dropped = False  # whether a state was left out that might have led on
@@ -124,8 +122,8 @@ class Search:
             done = self._done(children)
             if done:
                 return min(done, key=lambda n: (len(n.unmet), n.ticks, mark_of(n)))
-            queue = sorted([*reserve, *children], key=lambda n: (n.rank, len(n.unmet) + len(n.open), n.ticks, n.mark))
-            kept = [n for n in queue if len(n.steps) < self.settings.steps and n.rank <= self.settings.novelty]
+            queue = sorted([*reserve, *children], key=lambda n: (len(n.unmet) + len(n.open), n.ticks, n.mark))
+            kept = [n for n in queue if len(n.steps) < self.settings.steps]
             self.dropped |= len(kept) < len(queue)
             layer, reserve = kept[: self.settings.width], kept[self.settings.width :]
         self.dropped |= bool(layer)
@@ -140,7 +138,7 @@ class Search:
         return SearchNode(free, (step,), step.ticks, unmet, cost=step_cost(step))
 
     def _key(self, node: SearchNode) -> tuple[object, ...]:
-        return (*self.novelty.key(node.states), node.unmet, node.held)
+        return (*self.alike.key(node.states), node.unmet, node.held)
 
     def _done(self, nodes: Sequence[SearchNode]) -> list[SearchNode]:
         """The nodes in which the goal holds."""
@@ -169,8 +167,7 @@ class Search:
             if key not in kept or cheaper(node, kept[key]):
                 kept[key] = node
         self.closed |= set(kept)
-        ordered = sorted((replace(n, mark=mark_of(n)) for n in kept.values()), key=lambda n: (n.ticks, n.mark))
-        return [replace(n, rank=self.novelty.rank(n.states, (*n.unmet, -1, *n.open))) for n in ordered]
+        return sorted((replace(n, mark=mark_of(n)) for n in kept.values()), key=lambda n: (n.ticks, n.mark))
 
     def _children(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         """Where the options lead from some nodes, all simulated at once."""

@@ -23,7 +23,6 @@ class SearchNode:
         unmet: indices of unmet conditions.
         held: the interaction by which an object is held at the start.
         open: indices of unmet conditions whose landmarks are not met either.
-        rank: see `Novelty`.
         mark: breaks ties.
         cost: expected time of the steps [ticks]; see `risk`.
     """
@@ -34,7 +33,6 @@ class SearchNode:
     unmet: tuple[int, ...]
     held: Interaction | None = None
     open: tuple[int, ...] = ()
-    rank: int = 0
     mark: tuple[float, ...] = ()
     cost: float = 0.0
 
