@@ -41,7 +41,8 @@ def test_a_carried_thing_that_drives_is_brought_turned_and_put() -> None:
     x, water = ("cup", "x"), ("cup", "water")
     step = PlanStep((TAKE, FALL), {x: 0.9, water: 0.2}, ("cup", "water", -1, 0.2), before={x: 0.5}, after={x: 0.1})
     assert format_plan(Plan((step,), 0), GRAPH).splitlines()[1] == (
-        "1. robot->cup->cup: carry cup to x 0.5 m; turn it to x 0.9 m; lower cup.water to 0.2; put it at x 0.1 m; let go"
+        "1. robot->cup->cup: carry cup to x 0.5 m; turn it to x 0.9 m; lower cup.water to 0.2; put it at x 0.1 m; "
+        "let go"
     )
     same = PlanStep((TAKE,), {x: 0.5}, before={x: 0.5}, after={x: 0.5})
     assert format_plan(Plan((same,), 0), GRAPH).splitlines()[1] == "1. robot->cup: turn it to x 0.5 m; let go"
