@@ -72,6 +72,7 @@ def test_marks_replace_the_flags_of_their_interaction(scenario, driven, tmp_path
     recorder.mark("joystick->car", 12, True)
     assert recorder.open.marked("joystick->car") is False
     recorder.mark("joystick->car", 31, True)
+    assert [recorder.open.marked(e) for e in ("joystick->car", "hand->joystick")] == [True, None]
     piece = recorder.keep(driven, 60, {}, "the person")
     assert piece.table["joystick->car"].to_list() == [1, 1, 0, 0, 1, 1, 1]
     assert piece.table["hand->joystick"].to_list() == list(driven.log().active["joystick"][::10, 0])

@@ -3,15 +3,18 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from ichain_drake.cli.main import main
-from ichain_drake.demonstrations import Demonstration, read_demonstration
+from ichain_drake.demonstrations import TIME, Demonstration, read_demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.runs.open_piece import OpenRecord, OpenScript
+from ichain_drake.runs.open_piece import OpenRecord, OpenScript, flags, left_behind
 from ichain_drake.runs.pieces import record_pieces
 from ichain_drake.simulation import noting
 from ichain_drake.systems import load_scenario
+from ichain_drake.timing import TICK
 
 SMALL = ["car_game", "--physics", "ideal", "--set", "learning.samples=60"]
 
@@ -92,3 +95,42 @@ def test_no_room_for_them_does_not_end_the_recording(tmp_path: Path, monkeypatch
     monkeypatch.setattr(OpenRecord, "add", full)
     record_pieces(load_scenario("car_game", ("learning.samples=20",), "ideal", 0), [], tmp_path)
     assert sorted(f.name for f in tmp_path.iterdir()) == ["drive.parquet", "play.parquet"]
+
+
+def test_what_was_marked_last_is_on_disk(tmp_path: Path) -> None:
+    table = pd.DataFrame({TIME: TICK * np.arange(3), "car.x": [1.0, 2.0, 4.0]})
+    record, marks = OpenRecord(tmp_path, "play"), [{}, {"a->b": [10]}, {"a->b": [10]}]
+    for k, marked in enumerate(marks):
+        record.add(Demonstration(table[k : k + 1], {"car.x": "px"}, "play"), 0, marked, {"a->b": True})
+        assert record.rows == k + 1
+    assert left_behind(tmp_path) == [], "it is being written"
+    record._stream.close()
+    ((file, piece),) = left_behind(tmp_path)
+    assert (file.name, piece.name, dict(piece.units)) == (".play.open", "play", {"car.x": "px"})
+    assert piece.table.equals(table.assign(**{"a->b": [1.0, 0.0, 0.0]}))
+    assert file.read_text().count("marks") == 2, "written where they changed"
+    assert OpenRecord(tmp_path, "play").file.name == ".play-2.open"
+
+
+@pytest.mark.parametrize(
+    ("before", "frames", "expected"),
+    [
+        (False, [], [0, 0, 0, 0]),
+        (True, [], [1, 1, 1, 1]),
+        (False, [10], [0, 1, 1, 1]),
+        (False, [11], [0, 0, 1, 1]),
+        (True, [1, 20, 30], [1, 0, 1, 0]),
+        (False, [1, 9], [0, 0, 0, 0]),
+    ],
+)
+def test_a_flag_flips_at_the_first_tick_from_a_mark_on(before: bool, frames: list[int], expected: list[int]) -> None:
+    assert flags(before, frames, 4).tolist() == expected
+
+
+def test_of_less_than_two_rows_nothing_is_made(tmp_path: Path) -> None:
+    head = '{"columns": ["a.x"], "units": {}}'
+    for lines, left in (([], False), ([head], False), ([head, "[1]"], False), ([head, "[1]", "[2]", "[3"], True)):
+        (tmp_path / ".p.open").write_text("".join(f"{line}\n" for line in lines).removesuffix("[3\n") + "[3")
+        found = left_behind(tmp_path)
+        assert [len(piece) for _, piece in found] == [2] * left
+        assert (tmp_path / ".p.open").exists() == left

@@ -6,35 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from toy_models import GRIP, ToyModel, moved
+from moved_thing import EDGE, NOISE, model
 
 from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.following import goes_along, strays
-from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable
-
-NOISE = 1e-3
-EDGE = Interaction("robot", "thing")
-ALONG_X = Role("position", "robot", "x")
-
-
-def model(role: Role | None = ALONG_X) -> ToyModel:
-    """A robot that moves a thing along x; a thing without roles has no pose."""
-    spaces = {
-        "robot": StateSpace("robot", (Variable("x", "m", role=role), GRIP)),
-        "thing": StateSpace("thing", (Variable("x", "m", role=role), Variable("water", lower=0, upper=1))),
-    }
-    rows = [{"robot": [x, 1.0], "thing": [x, 0.5]} for x in (0.0, 1.0)]
-    toy = ToyModel(
-        InteractionGraph(spaces, [EDGE.name]),
-        {EDGE.name: lambda s: np.zeros(len(s["thing"]))},
-        {EDGE.name: moved},
-        {"thing": ["hold", "hold"]},
-        {EDGE.name: rows},
-        {},
-    )
-    toy.noise = {n: np.full(2, NOISE) for n in spaces}
-    return toy
+from ichain_drake.state import FloatArray
 
 
 def readings(robot: Sequence[float], thing: Sequence[float], noise: float = NOISE) -> list[dict[str, FloatArray]]:

@@ -147,3 +147,20 @@ def test_what_readings_can_not_tell_is_not_reached() -> None:
         assert said in unmet(model, goal, states)
     states["cup"][1] = 0.6 + 1.5 * noise
     assert unmet(model, goal, states) == ""
+
+
+def test_what_is_taken_goes_as_far_as_the_robot_takes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A little beyond what was shown, or as far as the robot's bounds bring it."""
+    for low, high in ((-3.0, 4.0), (0.4, 4.0), (-3.0, 0.6), (0.4, 0.6)):
+        ends = (np.array([low, np.nan]), np.array([high, np.nan]))
+        monkeypatch.setattr("ichain_drake.control.planning.goals.Frames.reach", lambda self, obj, ends=ends: ends)
+        for text, possible in (
+            (f"cup.x <= {low + 0.1}", low < 0),
+            (f"cup.x >= {high - 0.1}", high > 1),
+            (f"cup.x <= {low - 0.1}", low > 0),
+            (f"cup.x >= {high + 0.1}", high < 1),
+            ("cup.x <= -0.2", low < 0),
+            ("cup.x >= 1.2", high > 1),
+        ):
+            met = impossible(parse_goal([text], tap()), tap(), {**TAP_START, "cup": np.array([0.5, 0.05])})
+            assert (met is None) == (possible or text in (f"cup.x <= {low + 0.1}", f"cup.x >= {high - 0.1}")), text

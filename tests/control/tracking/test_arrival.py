@@ -78,3 +78,12 @@ def test_where_a_path_crosses_itself_a_later_branch_is_no_substitute() -> None:
     for k, start in enumerate(range(0, len(executed) - 10, 10)):
         arrival.see(executed[start : start + 11], path, min(len(path.points) - 1, 40 * k))
     assert not arrival.arrived
+
+
+def test_who_comes_nearer_is_not_past_yet() -> None:
+    arrival, last = Arrival(LINE), len(LINE.points) - 1
+    arrival.see(np.array([[280.0, 8.0], [290.0, 8.0], [299.0, 8.0]]), LINE, last)
+    assert not arrival.past, "it is nowhere nearer to the end than now"
+    arrival.see(np.array([[299.0, 8.0], [300.0, 8.0], [304.0, 8.0]]), LINE, last)
+    assert arrival.past
+    assert "no nearer to the end than 8 px; 3 px count" in arrival.reason("px", 1.0)

@@ -1,6 +1,7 @@
 """From a learned chain to a controller: what validation chooses, and that names play no part."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -134,6 +135,10 @@ def test_validation_is_repeatable_and_a_lost_policy_is_infinitely_bad(chain: Lea
         np.testing.assert_array_equal(one.path.points, two.path.points)
     policy = make_controller(chain, "predictive", LIMITS, QUICK).policy
     assert validation_error(chain, policy, cases, 1) == validation_error(chain, policy, cases, 1) < 2.0
+    # One that is lost of four is not counted, two are.
+    off = [replace(c, start=c.start + [1e4, 0.0, 0.0, 0.0]) for c in cases]
+    assert validation_error(chain, policy, [*cases[:3], off[3]], 1) < 2.0
+    assert validation_error(chain, policy, [*cases[:2], *off[2:]], 1) == np.inf
 
     class Idle:
         memory_size, lookahead = 0, 1

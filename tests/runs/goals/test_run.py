@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ichain_drake.control.execution.executor import ExecutorSettings
+from ichain_drake.control.execution.memory import ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.plan import NoPlan, Plan
+from ichain_drake.control.planning.plan import NoPlan, Plan, PlanStep
 from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionModel
 from ichain_drake.runs.goals.output import classified, flags_of, make_graph_recording, write_graph_pictures
@@ -131,3 +131,21 @@ def test_a_person_may_change_what_is_wanted_while_it_runs(dispenser_model: Inter
     world = scenario().make_world(0)
     item.apply(Episode(world, Commands(hand[None])), 0.2)  # a demonstration wants nothing
     assert executor.goal.conditions[1].lower == 0.45
+
+
+def test_a_report_tells_what_was_remembered() -> None:
+    run = GraphRun(scenario(), tuple(HOT))
+    report = run.report()
+    metrics = report["metrics"]
+    assert (report["control_steps"], metrics["replans"], metrics["events"], metrics["probability"]) == (0, 0, [], 0.0)
+    edge = scenario().graph.interactions[0]
+    run.memory = Memory(np.zeros(4), tick=7, replans=2, log=[(3, "slipped")], mode=Mode.REACHED)
+    run.plan = Plan((PlanStep((edge,), ticks=5),), 5, 10, 20, probability=0.5, cost=8.0)
+    report = run.report()
+    metrics = report["metrics"]
+    assert (report["control_steps"], metrics["replans"], metrics["events"]) == (7, 2, [{"step": 3, "what": "slipped"}])
+    assert (metrics["probability"], metrics["cost"]) == (0.5, 8.0)
+    assert metrics["search"] == {"expansions": 10, "rollouts": 20}
+    assert run.goal_reached
+    run.wrong = "the cup broke"
+    assert not run.goal_reached

@@ -1,0 +1,152 @@
+"""Driving a variable: where the robot goes first, when it is over, and what tells that nothing is driven."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from toy_models import TAP_START, ToyModel, tap
+
+from ichain_drake.control.execution.carrying import CarryTask
+from ichain_drake.control.execution.driving import DriveTask
+from ichain_drake.control.execution.tasks import DONE, Answer, Failed, View
+from ichain_drake.control.planning.plan import PlanStep
+from ichain_drake.control.planning.skills import Skills
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.state import Role, StateSpace, Variable
+
+SKILLS = Skills({}, {})
+CHAIN = tuple(Interaction.parse(e) for e in ("robot->tap", "tap->tank", "tank->cup"))
+PRESSED = {**TAP_START, "robot": np.array([2.0, 0.0]), "tap": np.ones(1), "cup": np.array([1.0, 0.1])}
+
+
+def fill(until: float = 0.5) -> PlanStep:
+    predicted = {**PRESSED, "cup": np.array([1.0, until]), "tank": np.array([0.9 - until, 0.0])}
+    return PlanStep(CHAIN, until=("cup", "water", 1, until), predicted=predicted, ticks=10)
+
+
+def drive(task: DriveTask, waters: Sequence[float], off: int | None = None, **options: object) -> tuple[Answer, int]:
+    """Answers to readings of the cup's water, while the robot stays; `off` is a link of the chain that is inactive."""
+    model, readings = tap(), []
+    if off is not None:
+        model.gates[CHAIN[off]] = lambda s: np.full(len(s["robot"]), -1.0)
+    for tick, water in enumerate(waters):
+        readings.append({**PRESSED, "cup": np.array([1.0, water])})
+        answer = task.act(View(model, SKILLS, readings, PRESSED["robot"], **options))  # type: ignore[arg-type]
+        if not isinstance(answer, np.ndarray):
+            return answer, tick
+        np.testing.assert_array_equal(answer, PRESSED["robot"])
+    return "no end", len(waters)
+
+
+def test_it_goes_where_the_drive_was_predicted_first() -> None:
+    task, model, now = DriveTask(CHAIN[0], step=fill(), goal=np.array([2.25, 0.0])), tap(), PRESSED["robot"]
+    way = []
+    for _ in range(5):
+        now = task.act(View(model, SKILLS, [PRESSED], now))
+        way.append(now[0])
+    np.testing.assert_allclose(way, [2.0 + 0.25 / 3, 2.0 + 0.5 / 3, 2.25, 2.25, 2.25])
+    assert task.arrived
+    assert len(task.history) == 2, "what counts begins there"
+
+
+def test_it_ends_a_tick_before_the_water_would_be_there() -> None:
+    """0.04 a tick: what is decided now begins to act in one."""
+    answer, tick = drive(DriveTask(CHAIN[0], step=fill()), 0.1 + 0.04 * np.arange(30))
+    assert (answer, tick) == (DONE, 9)
+    assert drive(DriveTask(CHAIN[0], step=fill(0.3)), 0.1 + 0.04 * np.arange(30))[1] == 5
+
+
+@pytest.mark.parametrize("link", [0, 1, 2])
+def test_a_link_that_is_inactive_fails_it(link: int) -> None:
+    answer, tick = drive(DriveTask(CHAIN[0], step=fill()), [0.1] * 30, off=link)
+    assert isinstance(answer, Failed)
+    assert answer.edge == CHAIN[link]
+    if link == 0:
+        assert (answer.cause, tick) == ("lost", 4)
+        assert answer.text == "robot->tap became inactive while it drove cup.water"
+    else:
+        assert (answer.cause, tick) == ("chain", 5)
+        assert answer.text == f"{CHAIN[link].name} is not active, so that cup.water is not driven"
+    unwatched, _ = drive(DriveTask(CHAIN[0], step=fill()), [0.1] * 80, off=link, monitors=False)
+    assert unwatched == DONE
+
+
+def test_where_the_water_rises_the_chain_is_at_work_whatever_its_status_says() -> None:
+    answer, tick = drive(DriveTask(CHAIN[0], step=fill()), 0.1 + 0.04 * np.arange(30), off=2)
+    assert (answer, tick) == (DONE, 9)
+    falls, _ = drive(DriveTask(CHAIN[0], step=fill()), 0.1 - 0.004 * np.arange(30), off=2)
+    assert isinstance(falls, Failed), "the wrong way is no way"
+
+
+def test_what_has_stopped_is_over() -> None:
+    """Water that rises to .3 and stays: the tap has run dry, though .5 was predicted."""
+    waters = np.minimum(0.1 + 0.04 * np.arange(60), 0.3)
+    answer, tick = drive(DriveTask(CHAIN[0], step=fill()), waters)
+    assert (answer, tick) == (DONE, 13)
+
+
+@pytest.mark.parametrize(("direction", "value"), [(1, 0.5), (-1, -0.3)])
+def test_either_way(direction: int, value: float) -> None:
+    step = fill()
+    step = replace(step, until=("cup", "water", direction, value))
+    answer, tick = drive(DriveTask(CHAIN[0], step=step), 0.1 + direction * 0.04 * np.arange(30))
+    assert (answer, tick) == (DONE, 9)
+
+
+def test_what_does_not_come_there_in_time_is_said() -> None:
+    """A third of the speed that was predicted: it has not stopped, but twice the time and more is over."""
+    step = replace(fill(), ticks=40)
+    answer, tick = drive(DriveTask(CHAIN[0], step=step), 0.1 + 0.0032 * np.arange(140))
+    assert isinstance(answer, Failed)
+    assert (answer.cause, answer.edge, tick) == ("drive", CHAIN[-1], 120)
+    assert answer.text == "cup.water is at 0.482, not yet at 0.5"
+    assert drive(DriveTask(CHAIN[0], step=step), 0.1 + 0.0032 * np.arange(140), monitors=False) == (DONE, 120)
+
+
+def jug() -> tuple[ToyModel, PlanStep, dict[str, np.ndarray]]:
+    """A jug over a stove that is warmed the more the higher it is held beside it; learned with the stove at 0."""
+    x = Variable("x", "m", role=Role("position", "base", "x"))
+    heat = Variable("heat", lower=0.0, upper=1.0)
+    spaces = {
+        "robot": StateSpace("robot", (x,)),
+        "jug": StateSpace("jug", (x,)),
+        "stove": StateSpace("stove", (x, heat)),
+    }
+    take, warm = Interaction("robot", "jug"), Interaction("jug", "stove")
+    rows = [{"robot": [v], "jug": [v], "stove": [0.0, 0.2]} for v in (0.0, 0.1, 0.2, 0.3)]
+    model = ToyModel(
+        InteractionGraph(spaces, [take.name, warm.name]),
+        {e.name: lambda s: np.ones(len(s["jug"])) for e in (take, warm)},
+        {
+            take.name: lambda p, q, c: q - p,
+            warm.name: lambda p, q, c: np.concatenate([0 * q, 0.01 + 0 * q], axis=-1),
+        },
+        {"jug": ["hold"], "stove": ["hold", "hold"]},
+        {take.name: rows, warm.name: rows},
+        {},
+    )
+    model.high["stove"][1] = 1.0
+    model.edges[warm].relative = True
+    now = {"robot": np.array([0.6]), "jug": np.array([0.6]), "stove": np.array([0.5, 0.2])}
+    position = ("jug", "x")
+    predicted = {**now, "stove": np.array([0.5, 0.8])}
+    step = PlanStep((take, warm), {position: 0.6}, ("stove", "heat", 1, 0.8), before={position: 0.5}, ticks=5)
+    return model, SimpleNamespace(**{**vars(step), "predicted": predicted}), now  # type: ignore[return-value]
+
+
+def test_short_of_it_what_is_carried_goes_as_far_as_was_shown_beside_where_the_other_end_is_now() -> None:
+    model, step, now = jug()
+    task = DriveTask(step.chain[0], step=step)
+    readings: list[dict[str, np.ndarray]] = []
+    for _ in range(40):
+        readings.append(now)
+        task.act(View(model, SKILLS, readings, now["robot"]))
+        if task.carrying is not None:
+            break
+    assert isinstance(task.carrying, CarryTask)
+    assert task.carrying.target == pytest.approx({0: 0.8})  # 0.3 beside the stove, which is at 0.5
+    assert task.pushed

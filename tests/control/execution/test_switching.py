@@ -1,0 +1,96 @@
+"""Switching an interaction: when it counts as done, when it is tried again, and when it is given up."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from toy_models import LAMP_START, lamp
+
+from ichain_drake.control.execution.switching import Switch
+from ichain_drake.control.execution.tasks import DONE, Failed, Mode, View
+from ichain_drake.graph import Interaction
+
+DIM = Interaction("robot", "dimmer")
+HELD, FREE = np.array([0.3, 0.0, 1.0]), np.array([0.3, 0.0, 0.0])
+
+
+class Paths:
+    """Skills that note what was asked of them; their path is a state beside the dimmer, and there the new grip."""
+
+    def __init__(self, grips: bool = True) -> None:
+        self.asked: list[tuple[bool, int]] = []
+        self.grips = grips
+
+    def path(self, model, edge, activate, states, attempt, prefer, first):
+        self.asked.append((activate, attempt))
+        grip = float(activate == self.grips)
+        return np.array([[0.3, 0.0, 1.0 - grip], [0.3, 0.0, grip]])
+
+
+def run(task: Switch, paths: Paths, command: np.ndarray, ticks: int = 40, **options: object) -> tuple[object, int]:
+    """The last answer and the number of ticks, in a world that does as it is told."""
+    readings: list[dict[str, np.ndarray]] = []
+    for tick in range(ticks):
+        readings.append({**LAMP_START, "robot": command})
+        answer = task.act(View(lamp(), paths, readings, command, **options))  # type: ignore[arg-type]
+        if not isinstance(answer, np.ndarray):
+            return answer, tick
+        command = answer
+    return "no end", ticks
+
+
+@pytest.mark.parametrize(("activate", "command"), [(True, HELD), (False, FREE)])
+def test_what_is_so_already_takes_no_time_unless_forced(activate: bool, command: np.ndarray) -> None:
+    paths = Paths()
+    assert run(Switch(DIM, activate=activate), paths, command) == (DONE, 0)
+    assert paths.asked == []
+    answer, ticks = run(Switch(DIM, activate=activate, forced=True), paths, command)
+    assert (answer, paths.asked) == (DONE, [(activate, 0)])
+    assert ticks > 2
+
+
+@pytest.mark.parametrize(("activate", "command"), [(True, FREE), (False, HELD)])
+def test_it_goes_the_skills_path_and_waits_before_it_looks(activate: bool, command: np.ndarray) -> None:
+    task, paths = Switch(DIM, activate=activate), Paths()
+    assert task.mode == (Mode.ACTIVATE if activate else Mode.DEACTIVATE)
+    assert run(task, paths, command) == (DONE, 3)
+    assert (paths.asked, task.attempt) == ([(activate, 0)], 0)
+
+
+@pytest.mark.parametrize("attempts", [1, 2, 4])
+@pytest.mark.parametrize(("activate", "command"), [(True, FREE), (False, HELD)])
+def test_after_so_many_attempts_it_failed(activate: bool, command: np.ndarray, attempts: int) -> None:
+    """Between two attempts to activate the robot lets go; each asks for another event."""
+    paths = Paths(grips=False)
+    answer, _ = run(Switch(DIM, activate=activate), paths, command, 80, attempts=attempts)
+    assert isinstance(answer, Failed)
+    assert answer.cause == ("activation" if activate else "deactivation")
+    word = "active" if activate else "inactive"
+    assert f"robot->dimmer did not become {word} in {attempts} attempts; decision value " in answer.text
+    assert [n for on, n in paths.asked if on == activate] == list(range(attempts))
+    assert [n for on, n in paths.asked if on != activate] == (list(range(1, attempts)) if activate else [])
+
+
+@pytest.mark.parametrize("forced", [False, True])
+def test_unwatched_it_is_done_once_whatever_came_of_it(forced: bool) -> None:
+    paths = Paths(grips=False)
+    answer, _ = run(Switch(DIM, activate=False, forced=forced), paths, HELD, monitors=False)
+    assert (answer, paths.asked) == (DONE, [(False, 0)])
+
+
+def test_watched_and_forced_it_has_to_be_so_in_the_end() -> None:
+    paths = Paths(grips=False)
+    answer, _ = run(Switch(DIM, activate=False, forced=True), paths, HELD, 80, attempts=3)
+    assert isinstance(answer, Failed)
+    assert len(paths.asked) == 3
+
+
+def test_a_skill_without_a_way_is_over_when_it_is_so() -> None:
+    here = SimpleNamespace(path=lambda *asked: np.zeros((0, 3)))
+    for command, done in ((FREE, True), (HELD, False)):
+        for monitors in (True, False):
+            view = View(lamp(), here, [{**LAMP_START, "robot": command}] * 2, command, monitors)  # type: ignore[arg-type]
+            answer = Switch(DIM, activate=False, forced=True).act(view)
+            assert (isinstance(answer, str) and answer == DONE) == (done or not monitors)
