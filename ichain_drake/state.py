@@ -18,6 +18,8 @@ Kind = Literal["real", "angle", "binary", "integer"]
 RoleKind = Literal["position", "orientation", "amount", "intensive", "change", "level"]
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

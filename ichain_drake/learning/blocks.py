@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.learning.settings import LEARNING
-
-IntArray = NDArray[np.intp]
+from ichain_drake.state import IntArray
 
 
 def piece_blocks(piece: IntArray, row: IntArray, groups: int = LEARNING.groups) -> IntArray:

@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.checks import check_contradictions, check_flags, check_pieces
-from ichain_drake.state import FloatArray, StateSpace
-
-BoolArray = NDArray[np.bool_]
+from ichain_drake.state import BoolArray, FloatArray, StateSpace
 
 
 @dataclass(frozen=True)

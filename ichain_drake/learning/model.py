@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import InputError
@@ -20,10 +20,9 @@ from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.report import report
 from ichain_drake.learning.status.events import Windows
 from ichain_drake.learning.tick import LearnedInteraction, advance, effects_of
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 from ichain_drake.timing import TICK
 
-BoolArray = NDArray[np.bool_]
 States = Mapping[str, FloatArray]
 Status = Mapping[Interaction, ArrayLike]
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.effects.alignment import Alignment
 from ichain_drake.learning.effects.effects import Effect
 from ichain_drake.learning.passive import PassiveDynamics
@@ -16,7 +15,7 @@ from ichain_drake.learning.status.customary import CautiousStatus, Customary
 from ichain_drake.learning.status.events import EdgeExamples
 from ichain_drake.learning.status.inputs import RelativeInput
 from ichain_drake.learning.status.status import StatusModel
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.objects.vessels.cup_settings import CupFaults
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import BoolArray, FloatArray, StateSpace
 from ichain_drake.timing import FRAME
 
 COUNTED = ("age", "slips_done", "knocks_done")
 """Hidden variables that a thing with faults has: its age [s], and how many slips and knocks happened."""
 
 _HALF = 0.5 * FRAME  # s; ages are sums of frames
-
-BoolArray = NDArray[np.bool_]
 
 
 class FaultClock:

@@ -19,13 +19,14 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.discovery.edges import discover_graph
 from ichain_drake.learning.discovery.labels import raw_piece
 from ichain_drake.learning.discovery.search import FoundEdge, search
-from ichain_drake.learning.status.scores import BoolArray, event_f1, f1
+from ichain_drake.learning.status.scores import event_f1, f1
 from ichain_drake.robot import Physics
 from ichain_drake.runs.clusters.backend import opened
 from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
 from ichain_drake.scenarios.base import Scenario
+from ichain_drake.state import BoolArray
 
 LABELS, EDGES = "labels", "edges"
 METHODS = (LABELS, EDGES)

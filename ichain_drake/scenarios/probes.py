@@ -6,14 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
-BoolArray = NDArray[np.bool_]
 States = Mapping[str, FloatArray]
 
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption
-from ichain_drake.control.planning.model import Batch, BoolArray, is_change, span, take
+from ichain_drake.control.planning.model import Batch, is_change, span, take
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 _VALUES = 41  # over the demonstrated range, so that a border is found to a fortieth of it
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import Batch, keeps, span, take
@@ -13,9 +12,7 @@ from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray
-
-IntArray = NDArray[np.intp]
+from ichain_drake.state import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)

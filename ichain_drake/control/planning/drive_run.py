@@ -6,15 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ichain_drake.control.planning.model import Batch, BoolArray, conserved, keeps, span, stack, take
-from ichain_drake.control.planning.motion import IntArray
+from ichain_drake.control.planning.model import Batch, conserved, keeps, span, stack, take
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray, IntArray
 
 
 class Run:

@@ -11,14 +11,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.model import Batch, BoolArray
+from ichain_drake.control.planning.model import Batch
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 def can_hold(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> BoolArray:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ichain_drake.learning.model import InteractionModel
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
-BoolArray = NDArray[np.bool_]
 Batch = dict[str, FloatArray]
 """States of every object and the robot, shape (n, n_variables) each."""
 

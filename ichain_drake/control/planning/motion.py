@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ichain_drake.control.planning.model import BoolArray
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
-from ichain_drake.state import FloatArray
-
-IntArray = NDArray[np.intp]
+from ichain_drake.state import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ichain_drake.control.planning.model import Batch, BoolArray, keeps, take
-from ichain_drake.control.planning.motion import IntArray, Motion
+from ichain_drake.control.planning.model import Batch, keeps, take
+from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)

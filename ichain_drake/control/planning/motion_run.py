@@ -8,14 +8,13 @@ import numpy as np
 
 from ichain_drake.control.planning.drive_run import Run
 from ichain_drake.control.planning.holding import taken_as
-from ichain_drake.control.planning.model import Batch, BoolArray
-from ichain_drake.control.planning.motion import IntArray
+from ichain_drake.control.planning.model import Batch
 from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray, IntArray
 
 
 class MotionRun(Run):

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import networkx as nx
 import numpy as np
-from numpy.typing import NDArray
 
 from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.frames import Frames
@@ -32,8 +31,6 @@ from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
-
-IntArray = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.features import Features
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.term import VariableEffect
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 _MAD = 1.4826  # standard deviations of a normal in a median of absolute values
 

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.effects.alignment import Alignment
 from ichain_drake.learning.effects.columns import Column, candidate_columns
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ import numpy as np
 
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.blocks import runs
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.gate import Gate
 from ichain_drake.learning.discovery.inputs import caused, gate_inputs
 from ichain_drake.learning.discovery.log import Log
@@ -17,6 +16,7 @@ from ichain_drake.learning.discovery.structure import Explained
 from ichain_drake.learning.discovery.term import Term
 from ichain_drake.learning.effects.alignment import position_groups
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import BoolArray
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.inputs import GateInputs
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)

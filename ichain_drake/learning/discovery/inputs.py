@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ichain_drake.learning.blocks import IntArray
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.log import Log
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import Alignment, PositionGroup, position_groups
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import BoolArray, FloatArray, IntArray, StateSpace
 
 
 @dataclass(frozen=True)

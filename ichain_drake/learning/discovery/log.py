@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.blocks import IntArray, interleaved_blocks
-from ichain_drake.learning.data import BoolArray, GraphData, Piece
+from ichain_drake.learning.blocks import interleaved_blocks
+from ichain_drake.learning.data import GraphData, Piece
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import position_groups
 from ichain_drake.learning.noise import measurement_std
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import BoolArray, FloatArray, IntArray, StateSpace
 
 
 @dataclass(frozen=True)

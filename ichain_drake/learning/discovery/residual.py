@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.inputs import is_change
 from ichain_drake.learning.discovery.log import Log
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.term import Term
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray, wrap_angle
+from ichain_drake.state import BoolArray, FloatArray, wrap_angle
 
 
 class Residual:

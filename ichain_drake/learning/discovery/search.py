@@ -9,13 +9,12 @@ import numpy as np
 
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.blas import one_blas_thread
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.flags import edge_flags
 from ichain_drake.learning.discovery.log import Log, RawPiece, digest, make_log
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.discovery.structure import Explained, Rival, certainty, explain
 from ichain_drake.learning.effects.alignment import position_groups
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import BoolArray, FloatArray, StateSpace
 
 
 @dataclass(frozen=True)

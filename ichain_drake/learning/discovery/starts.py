@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.inputs import GateInputs
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import BoolArray
 
 
 def starts(residual: Residual, inputs: GateInputs, train: BoolArray) -> list[BoolArray]:

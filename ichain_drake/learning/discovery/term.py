@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.gate import Gate
 from ichain_drake.learning.discovery.inputs import GateInput
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import Alignment
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)

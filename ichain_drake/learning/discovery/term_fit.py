@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ichain_drake.graph import Interaction
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.effect_fit import explained, fit_effects
 from ichain_drake.learning.discovery.features import Features, features
 from ichain_drake.learning.discovery.gate import Gate, GateSearch
@@ -20,7 +19,7 @@ from ichain_drake.learning.discovery.term import Term, VariableEffect
 from ichain_drake.learning.discovery.turning import tick_alignment
 from ichain_drake.learning.effects.alignment import Alignment, position_groups
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)

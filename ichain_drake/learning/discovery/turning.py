@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.discovery.log import Log
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import Alignment, position_groups
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 def tick_alignment(log: Log, parent: str, child: str, on: BoolArray) -> Alignment | None:

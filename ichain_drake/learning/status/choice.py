@@ -14,11 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.learning.data import BoolArray
 from ichain_drake.learning.selection import by_part, clearly, least_slip, log_probability
 from ichain_drake.learning.status.box import BoxClassifier
 from ichain_drake.learning.status.inputs import StatusInput
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-BoolArray = NDArray[np.bool_]
+from ichain_drake.state import BoolArray
 
 
 def f1(truth: BoolArray, predicted: BoolArray) -> float:

@@ -17,7 +17,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.blocks import interleaved_blocks
 from ichain_drake.learning.chain.link import EstimatorSpec
-from ichain_drake.learning.data import BoolArray, GraphData
+from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.alignment import Alignment
 from ichain_drake.learning.frozen import FrozenModel, InputScaling, freeze
 from ichain_drake.learning.selection import by_part, calibrated, calibration_error, clearly, least_slip
@@ -33,7 +33,7 @@ from ichain_drake.learning.status.inputs import (
 )
 from ichain_drake.learning.status.relative import relative_if_as_good
 from ichain_drake.learning.status.scores import event_f1, f1
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)

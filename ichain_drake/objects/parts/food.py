@@ -17,8 +17,8 @@ from ichain_drake.objects.hand_reading import HandReading
 from ichain_drake.objects.parents import hand_among
 from ichain_drake.objects.region import Region
 from ichain_drake.objects.touch import TouchRule
-from ichain_drake.objects.vessels.cup_settings import BoolArray, CupFaults, Surface
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable
+from ichain_drake.objects.vessels.cup_settings import CupFaults, Surface
+from ichain_drake.state import BoolArray, FloatArray, Role, StateSpace, Variable
 
 POSITION_NOISE = 0.0015
 """Standard deviation of a reading of the position [m]."""

@@ -15,7 +15,7 @@ from ichain_drake.objects.fault_clock import FaultClock
 from ichain_drake.objects.hand_reading import HandReading
 from ichain_drake.objects.parents import hand_among, position_indices
 from ichain_drake.objects.touch import TouchRule
-from ichain_drake.objects.vessels.cup_settings import BoolArray, CupSettings
+from ichain_drake.objects.vessels.cup_settings import CupSettings
 from ichain_drake.objects.vessels.vessel import (
     AMOUNT_NOISE,
     CAPACITY,
@@ -25,7 +25,7 @@ from ichain_drake.objects.vessels.vessel import (
     fill,
     vessels,
 )
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
+from ichain_drake.state import BoolArray, FloatArray, Role, StateSpace, Variable, wrap_angle
 
 POSITION_NOISE = 0.0015
 """Standard deviation of a reading of the position [m]."""

@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.objects.placement import Placement
 from ichain_drake.objects.region import Region
-from ichain_drake.state import FloatArray
-
-BoolArray = NDArray[np.bool_]
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)

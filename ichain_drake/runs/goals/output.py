@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import gap, value_of
@@ -16,12 +15,10 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel
 from ichain_drake.runs.goals.run import GraphRun
 from ichain_drake.simulation.episode import EpisodeLog
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.visualization import Lane, Readout, RecordedEpisode, Recording, Strip, plot_timeline, write_playback
 from ichain_drake.visualization.timeline import Style
-
-BoolArray = NDArray[np.bool_]
 
 _ACTIVE = 0.5
 _SKILLS = ("", "activate", "deactivate")

@@ -14,7 +14,8 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, event_f1, f1
 from ichain_drake.learning.status.scores import switches
-from ichain_drake.scenarios.probes import BoolArray, Probes, States
+from ichain_drake.scenarios.probes import Probes, States
+from ichain_drake.state import BoolArray
 
 LEAST_EVENTS = 40
 """Switching events of each interaction that held-out pieces should show."""
