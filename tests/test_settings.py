@@ -6,7 +6,10 @@ from typing import Any
 
 import pytest
 
+from ichain_drake.control.settings import EXECUTION, PLANNING, TRACKING
 from ichain_drake.errors import InputError
+from ichain_drake.learning.discovery.settings import DISCOVERY
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.scenarios.config import load_config
 from ichain_drake.scenarios.yaml_text import read_yaml
 from ichain_drake.settings import Declared, check_settings, declared_of, setting
@@ -135,6 +138,12 @@ def test_every_number_of_our_systems_says_its_range(name: str) -> None:
     config = load_config(kind.config_class, kind.config_path())
     visit(config)
     check_settings(config)
+
+
+@pytest.mark.parametrize("ours", [LEARNING, DISCOVERY, PLANNING, EXECUTION, TRACKING], ids=lambda s: type(s).__name__)
+def test_our_constants_are_within_their_ranges(ours: object) -> None:
+    check_settings(ours)
+    assert all(declared_of(item) != Declared() for item in fields(ours))  # type: ignore[arg-type]
 
 
 def test_one_setting_as_a_text() -> None:
