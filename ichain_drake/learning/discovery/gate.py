@@ -77,7 +77,7 @@ class GateSearch:
         """
         n = len(usable)
         open_gate = Gate(np.full(n, -np.inf), np.full(n, np.inf))
-        if evidence.max(initial=0.0) <= 0:
+        if evidence.max(initial=0.0) <= 0 or not usable.any():
             return open_gate, float(evidence.sum())
         gate, value, ranked = self._ascend(evidence, usable, None)
         results = [(gate, value)]

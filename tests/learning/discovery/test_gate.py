@@ -53,3 +53,10 @@ def test_without_evidence_for_it_it_stays_open_and_what_must_not_be_used_gets_no
     search = GateSearch(inputs(x, "aa", (1.0, 1.0)), "a", 3.0)
     gate, value = search(np.array([9.0, -9, -9, -9]), np.array([False, True]))
     assert (gate.used.tolist(), value) == ([False, True], 8.0)
+
+
+def test_where_no_input_may_be_used_it_stays_open_whatever_speaks_for_it() -> None:
+    gate, value = GateSearch(inputs(np.arange(4.0)[:, None], "a", (1.0,)), "a", 3.0)(
+        np.ones(4), np.zeros(1, dtype=bool)
+    )
+    assert (gate.faces, value) == (0, 4.0)
