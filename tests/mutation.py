@@ -182,11 +182,14 @@ def tested(mutant: Mutant, tests: list[str], folder: Path, limit: float) -> dict
         child = multiprocessing.get_context("fork").Process(target=_suite, args=(str(folder), tests, str(log)))
         child.start()
         child.join(limit)
+        log_text = log.read_text(errors="replace")
         outcome = {0: "survived", None: "timeout", 5: "no test ran"}.get(child.exitcode, "killed")
+        if child.exitcode == 4 and "ERROR collecting" not in log_text:  # not even imported is killed; not found is not
+            outcome = "no test ran"
         if child.exitcode is None:
             child.kill()
             child.join()
-        said = "\n".join(log.read_text(errors="replace").splitlines()[-3:])
+        said = "\n".join(log_text.splitlines()[-3:])
         file.write_text(before)
     return {
         "place": f"{module}:{line}:{column}",

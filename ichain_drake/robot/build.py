@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from typing import Literal
 
 from ichain_drake.errors import InputError, UnreachableError
@@ -54,14 +55,11 @@ def build_robot(
     return ArmRobot(spec, (bodies or {}) if physics == "contact" else {}, seed, object_id, start)
 
 
-_ARM = ("model", "directives", "scenery", "arm", "gripper", "hand_frame", "gripper_open", "gripper_closed",
-        "kp", "kd", "gripper_kp", "gripper_kd", "gripper_speed", "postures", "posture_weights", "posture_gain",
-        "speed_scale", "plant_step", "ik_rate")  # fmt: skip
+_OF_A_POINT = ("hand", "home", "linear_speed", "angular_speed")
 
 
 def _check_arm(spec: RobotSpec) -> None:
     """Refuse an arm that can't be, where a point stands in for it: what is set wrongly is said in every physics."""
-    usual = RobotSpec()
-    if any(getattr(spec, name) != getattr(usual, name) for name in _ARM):
+    if spec != replace(RobotSpec(), **{name: getattr(spec, name) for name in _OF_A_POINT}):
         with suppress(UnreachableError):  # a point can be where no arm can
             ArmRobot(spec, {})
