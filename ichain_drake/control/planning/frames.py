@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from ichain_drake.graph import Interaction
+from ichain_drake.control.planning.model import Batch
 from ichain_drake.learning.effects.alignment import apart, frame_turns, heading_of
 from ichain_drake.learning.model import InteractionModel
-from ichain_drake.state import FloatArray, wrap_angle
+from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import BoolArray, FloatArray, wrap_angle
 
 
 class Frames:
@@ -29,6 +31,7 @@ class Frames:
     def __init__(self, model: InteractionModel) -> None:
         self._spaces = {n: s.observable for n, s in model.graph.objects.items()}
         self._edges, self._root = model.edges, model.graph.root
+        self._ends = {n: (model.low[n], model.high[n]) for n in model.low}
         self._known: dict[tuple[str, str], Any] = {}
         alignments = {e: learned.alignment for e, learned in model.edges.items()}
         self._turns = frame_turns(self._spaces, model.graph.root, alignments)
@@ -116,6 +119,28 @@ class Frames:
         low, high = np.full((2, len(self._spaces[obj])), np.nan)
         low[list(two.child.indices)], high[list(two.child.indices)] = places.min(axis=0), places.max(axis=0)
         return low, high
+
+    def in_reach(self, states: Batch) -> BoolArray:
+        """Whether the robot can be where it is in some states of shape (..., n_variables) each, shape (...)."""
+        space = self._spaces[self._root]
+        places = space.role_indices("position")
+        place = states[self._root][..., places]
+        return np.asarray(((place >= space.lower[places]) & (place <= space.upper[places])).all(axis=-1))
+
+    def is_shown(self, obj: str, states: FloatArray) -> BoolArray:
+        """Whether an object was ever about there: of what it may hit elsewhere nothing is known.
+
+        Args:
+            obj: the object.
+            states: shape (..., n_obj).
+
+        Returns:
+            shape (...).
+        """
+        places = self._spaces[obj].role_indices("position")
+        low, high = (end[places] for end in self._ends[obj])
+        room, place = LEARNING.slight * LEARNING.near * (high - low), states[..., places]
+        return np.asarray(((place >= low - room) & (place <= high + room)).all(axis=-1))
 
     def _between(self, obj: str, by: str) -> Any:
         """The alignment of the object, as a parent, with the other."""

@@ -6,7 +6,7 @@ robot on, drive a variable of its last object until it stops changing, and let g
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import networkx as nx
 import numpy as np
@@ -25,12 +25,13 @@ from ichain_drake.control.planning.model import (
 )
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.planning.travel import jumping
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
-from ichain_drake.state import FloatArray
+from ichain_drake.state import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +48,7 @@ class DriveOption:
         before: sample of all states with the chain active, but the variable quiet; equals `hold` where none is needed.
         motion: of the robot, by which the variable is driven; None where it holds still.
         anchor: object that the samples are relative to; None where they hold as they are.
+        others: further samples of all states that drive it as well, the surest first, shape (n, n_variables) each.
     """
 
     chain: tuple[Interaction, ...]
@@ -58,22 +60,33 @@ class DriveOption:
     before: Batch
     motion: Motion | None = None
     anchor: str | None = None
+    others: Batch = field(default_factory=dict)
 
-    def placed(self, frames: Frames, states: States) -> DriveOption:
-        """The same where the object is now that its samples are relative to.
+    def placed(self, frames: Frames, states: States) -> DriveOption | None:
+        """The same where the object is now that its samples are relative to: the surest that is within reach there.
 
         Args:
             frames: of the learned graph.
             states: now, shape (n_variables,) each.
+
+        Returns:
+            None if none of its samples is.
         """
         if self.anchor is None:
             return self
         first = self.chain[0].child if self.carry is not None else None
-        hold, before = (
+        hold, before, others = (
             beside(frames, sample, self.chain[0].parent, first, self.anchor, states[self.anchor])
-            for sample in (self.hold, self.before)
+            for sample in (self.hold, self.before, self.others)
         )
-        return replace(self, hold=hold, before=before)
+        every = {n: np.concatenate([hold[n][None], v]) for n, v in others.items()}
+        usable = frames.in_reach(every)
+        if first is not None and (usable & frames.is_shown(first, every[first])).any():
+            usable &= frames.is_shown(first, every[first])
+        if not usable.any():
+            return None
+        best = int(np.argmax(usable))
+        return replace(self, hold=row(every, best), before=before if best == 0 else row(every, best))
 
 
 def beside(frames: Frames, sample: Batch, root: str, carried: str | None, anchor: str, now: FloatArray) -> Batch:
@@ -146,7 +159,14 @@ def _subsumed(model: InteractionModel, drive: DriveOption, every: list[DriveOpti
 
 def _joint_samples(model: InteractionModel, chain: tuple[Interaction, ...]) -> Batch:
     """Demonstrated states in which every interaction of a chain is active, by the classifiers."""
-    parts = [model.edges[e].examples.active for e in chain]
+    parts = [dict(model.edges[e].examples.active) for e in chain]
+    latched = _latched(model, chain[-1])
+    if len(latched):
+        # What an interaction does at once is done in all of these: the child as it was before shows that it does it.
+        target, begun = chain[-1].child, model.edges[chain[-1]].examples.activations
+        first = {n: v.copy() for n, v in begun.after.items()}
+        first[target][:, latched] = begun.before[target][:, latched]
+        parts.append(first)
     batch = {n: np.concatenate([p[n] for p in parts]) for n in model.graph.objects}
     on = np.ones(len(batch[chain[0].parent]), dtype=bool)
     for e in chain:
@@ -155,6 +175,12 @@ def _joint_samples(model: InteractionModel, chain: tuple[Interaction, ...]) -> B
     if len(rows) > PLANNING.poses:
         rows = rows[np.linspace(0, len(rows) - 1, PLANNING.poses).round().astype(int)]
     return take(batch, rows)
+
+
+def _latched(model: InteractionModel, edge: Interaction) -> IntArray:
+    """Variables of a child that an interaction changes and that can't change gradually."""
+    jumps = jumping(model.graph.objects[edge.child].observable)
+    return np.array([f.variable for f in model.edges[edge].effects if jumps[f.variable]], dtype=np.intp)
 
 
 def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
@@ -205,41 +231,45 @@ def _drives_of(
                 continue
             # How far each way of holding the chain gets, all from the same contents: those that leave most room for it.
             roomy = int(np.argmax(direction * further[target][:, v]))
-            poses = _in_context(model, frames, chain[0].child, carry, batch, roomy, anchor)
+            poses = _in_context(model, frames, chain, carry, batch, roomy, anchor)
             total = direction * _probe(model, poses, PLANNING.long)[target][:, v]
             best = float(total.max())
             if best < least[v]:
                 continue
             nearly = np.flatnonzero(total >= PLANNING.nearly * best)
-            hold = int(nearly[np.argmax(sure[nearly])])
-            before = hold
+            nearly = nearly[np.argsort(-sure[nearly], kind="stable")]
+            before = hold = int(nearly[0])
             if carry is not None:
                 quiet = np.abs(total) < LEARNING.near * best
                 full = _probe(model, _brimful(model, carry, poses), PLANNING.long)
                 brimful = np.abs(full[target][:, v]) < LEARNING.near * best
                 before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
             rate = float(speed[fastest]) / PLANNING.probe
-            samples = row(poses, hold), row(poses, before)
-            out.append(DriveOption(chain, int(v), direction, rate, carry, *samples, anchor=anchor))
+            held = row(poses, hold)
+            quietly = held if before == hold else row(poses, before)
+            others = take(poses, nearly[1:] if before == hold else nearly[:0])
+            out.append(DriveOption(chain, int(v), direction, rate, carry, held, quietly, anchor=anchor, others=others))
     return out
 
 
 def _in_context(
     model: InteractionModel,
     frames: Frames,
-    first: str,
+    chain: tuple[Interaction, ...],
     carry: CarryOption | None,
     batch: Batch,
     context: int,
     anchor: str | None,
 ) -> Batch:
     """The robot and the pose of the chain's first object of each sample, everything else of one of them."""
+    first, target, latched = chain[0].child, chain[-1].child, _latched(model, chain[-1])
     if carry is not None and anchor is not None:
         batch = beside(frames, batch, model.graph.root, first, anchor, batch[anchor][context])
     out = {n: np.repeat(v[context][None], len(v), axis=0) for n, v in batch.items()}
     out[model.graph.root] = batch[model.graph.root].copy()
     part = slice(None) if carry is None else carry.follow
     out[first][:, part] = batch[first][:, part]
+    out[target][:, latched] = batch[target][context, latched]
     return out
 
 

@@ -56,6 +56,7 @@ def carry_targets(
     batch: Batch = {k: np.repeat(np.array([s[k] for s in nodes]), n, axis=0) for k in nodes[0]}
     batch[obj][:, carry.follow] = known.reshape(-1, known.shape[2])
     margins = np.array([model.decide(e, batch).reshape(len(nodes), n) for e in others]).reshape(-1, len(nodes), n)
+    shown = frames.is_shown(obj, batch[obj]).reshape(len(nodes), n)
     wanted = _wanted(model, carry, start, conditions)
     width = span(model, obj)[carry.follow]
     out, missing = [], [e.missing(model, frames, nodes) for e in enabling]
@@ -65,7 +66,8 @@ def carry_targets(
         found.append(start[obj][carry.follow])
         for margin in margins[:, k]:
             if margin.max(initial=-1.0) >= 0:
-                found.append(places[int(np.argmax(margin))])
+                likely = np.where(shown[k] | ~(shown[k] & (margin >= 0)).any(), margin, -np.inf)
+                found.append(places[int(np.argmax(likely))])
         if enabled("along_a_line") and _acts_on_goal(model, obj, node, conditions):
             found += list(_along(carry.places, width))
         free = np.flatnonzero((margins[:, k] < 0).all(axis=0))

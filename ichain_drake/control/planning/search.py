@@ -211,7 +211,8 @@ class Search:
 
     def _driven(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         free = [n for n in layer if n.held is None]
-        rows = [(n, d.placed(self.frames, n.states)) for n in free for d in self.options.drives]
+        placed = [(n, d.placed(self.frames, n.states)) for n in free for d in self.options.drives]
+        rows = [(n, d) for n, d in placed if d is not None]
         results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.options.borders)
         self.rollouts += len(rows)
         out = []

@@ -44,10 +44,16 @@ class ActiveTicks:
         return ~acts
 
 
-def active_ticks(data: GraphData, edge: Interaction) -> ActiveTicks:
-    """Ticks at both ends of which an interaction is active; where there are none, those that end with it active."""
+def active_ticks(data: GraphData, edge: Interaction, *, onsets: bool = False) -> ActiveTicks:
+    """Ticks at both ends of which an interaction is active; where there are none, those that end with it active.
+
+    Args:
+        data: the pieces.
+        edge: the interaction.
+        onsets: whether to take all that end with it active in any case: those in which it begins, too.
+    """
     ticks = [_ticks(p, edge) for p in data.pieces]
-    if sum(map(len, ticks)) == 0:  # never two rows in a row: take what there is
+    if onsets or sum(map(len, ticks)) == 0:  # never two rows in a row: take what there is
         ticks = [np.flatnonzero(p.flags[edge][1:]) for p in data.pieces]
 
     def take(obj: str, later: int) -> FloatArray:

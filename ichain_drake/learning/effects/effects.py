@@ -69,6 +69,10 @@ def learn_effects(
             continue
         effects = {e: f for e, theirs in known.items() for f in theirs if e.child == child and f.variable == i}
         _tell_apart(i, rows, columns, passive, effects, spec, noise[child])
+        if passive.space.jump_mask[i]:
+            # What can't change gradually may do all of it in the tick in which an interaction begins: a latch.
+            begun = {e: active_ticks(data, e, onsets=True) for e in edges if e not in effects}
+            _tell_apart(i, begun, columns, passive, effects, spec, noise[child])
         for e in edges:
             if e in effects:
                 found[e].append(effects[e])
@@ -129,8 +133,10 @@ def _holds_alone(effect: Effect, rows: ActiveTicks, passive: PassiveDynamics) ->
     alone, i = rows.alone, effect.variable
     if not alone.any():
         return True
-    residual = passive.space.difference(rows.child_next[alone], passive(rows.child[alone]))[:, i]
-    left = residual - effect(rows.parent[alone], rows.parent_next[alone], rows.child[alone])
+    space, ahead = passive.space, passive(rows.child[alone])
+    residual = space.difference(rows.child_next[alone], ahead)[:, i]
+    ahead[:, i] += effect(rows.parent[alone], rows.parent_next[alone], rows.child[alone])
+    left = space.difference(rows.child_next[alone], space.clip(ahead))[:, i]
     return float(left @ left) <= float(residual @ residual)
 
 
@@ -180,14 +186,19 @@ def _fit(
 ) -> Effect | None:
     space = passive.space
     residual = space.difference(rows.child_next, passive(rows.child))[:, i]
+    value = rows.child[:, i]
+    brought = value.copy()  # by the others
     for e, (parent, parent_next, on) in rows.others.items():
         if e in effects:
-            residual = residual - on * effects[e](parent, parent_next, rows.child)
-    # What stands at a bound can't show an effect that pushes it there.
+            theirs = on * effects[e](parent, parent_next, rows.child)
+            residual, brought = residual - theirs, brought + theirs
+    # What stands at a bound, or is brought there by others, can't show an effect that pushes it there.
     near = LEARNING.clear * noise[i]
-    value = rows.child[:, i]
-    stuck = (value <= space.lower[i] + near) | (value >= space.upper[i] - near)
-    keep = ~(stuck & (np.abs(residual) < 2 * near) & (passive.variables[i].kind == "hold"))
+    low, high = space.lower[i] + near, space.upper[i] - near
+    stuck = ((value <= low) | (value >= high)) & (np.abs(residual) < 2 * near)
+    after = rows.child_next[:, i]
+    stuck |= (brought != value) & (((brought <= low) & (after <= low)) | ((brought >= high) & (after >= high)))
+    keep = ~(stuck & (passive.variables[i].kind == "hold"))
     keep &= ~_meaningless(space, i, rows.child_next, noise)
     keep = keep if use is None else keep & use
     if not keep.any():
