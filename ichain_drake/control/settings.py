@@ -78,6 +78,8 @@ class ExecutionSettings:
         value: of a range: a prediction that is off by more, in what is no place, is noticed.
         gone: ranges beyond the demonstrated one, from which nothing brings an object back.
         narrow: range that an object's places are taken to have at least.
+        stopped: of a robot's step: short of it by more, and not getting on, it is stopped; places nearer are one.
+        nodes: of a way around where it was stopped, that are tried at most.
     """
 
     readings: int = setting(12, "ticks", lower=1)
@@ -90,6 +92,8 @@ class ExecutionSettings:
     value: float = setting(0.12, "share", above=0, below=1)
     gone: float = setting(5.0, "ranges", above=0)
     narrow: float = setting(0.05, "m", above=0)
+    stopped: float = setting(0.5, "share", above=0, below=1)
+    nodes: int = setting(20_000, "places", lower=1)
 
 
 @dataclass(frozen=True)

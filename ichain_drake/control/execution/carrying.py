@@ -35,6 +35,7 @@ class CarryTask(Task):
     course: Course = field(default_factory=Course)
 
     mode = Mode.CARRY
+    travels = True
 
     def act(self, view: View) -> Answer:
         """See `Task`."""

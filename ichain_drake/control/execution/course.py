@@ -40,10 +40,12 @@ class Course:
     Attributes:
         goal: that the way leads to.
         rows: commands that are left.
+        news: how much was known of what is in the way when it was laid out.
     """
 
     goal: FloatArray | None = None
     rows: list[FloatArray] = field(default_factory=list)
+    news: int = 0
 
     def towards(
         self,
@@ -54,6 +56,7 @@ class Course:
         motion: Motion | None = None,
         held: str | None = None,
         left: Mapping[str, FloatArray] | None = None,
+        news: int = 0,
     ) -> tuple[FloatArray, bool]:
         """The command of a tick: along a straight line where there is no `motion`.
 
@@ -64,6 +67,7 @@ class Course:
             limit: largest change in a tick, shape (n_root,).
             motion: lays out the way.
             held, left: see `Motion`.
+            news: how much is known of what is in the way; where it is more than it was, the way is laid out anew.
 
         Returns:
             The next command, and whether it is the goal.
@@ -74,8 +78,8 @@ class Course:
         if motion is None:
             return step_towards(space, now, goal, limit)
         goal = space.clip(goal)
-        if self.goal is None or not self.rows or self._moved(space, goal, limit):
-            self.goal = goal
+        if self.goal is None or not self.rows or news != self.news or self._moved(space, goal, limit):
+            self.goal, self.news = goal, news
             self.rows = list(motion.path(now, goal, held, left))
         self.rows[-1] = goal
         command = self.rows.pop(0)

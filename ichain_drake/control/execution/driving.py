@@ -27,6 +27,7 @@ class Approach(Task):
     drive: DriveTask | None = None
 
     mode = Mode.CARRY
+    travels = True
 
     def act(self, view: View) -> Answer:
         """See `Task`."""

@@ -8,12 +8,14 @@ plans anew from what is observed.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.course import Motion
+from ichain_drake.control.execution.detour import Blocked, Detour
 from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
 from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
@@ -25,7 +27,7 @@ from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Tas
 from ichain_drake.control.planning.contradictions import Contradiction
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import Skills
-from ichain_drake.control.settings import EXECUTION
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
@@ -98,6 +100,7 @@ class Executor:
             return memory.command
         reading = self._sense(memory, measured)
         self._watch(memory)
+        stopped = self._stopped(memory)
         if memory.tick > self.settings.ticks:
             return self._stop(memory, "time", f"not done after {self.settings.ticks} control steps")
         away = gone(self.model, reading)
@@ -111,7 +114,8 @@ class Executor:
                 continue
             task = memory.tasks[0]
             memory.mode = task.mode
-            answer = self._act(memory, task)
+            answer = self._act(memory, task, stopped=stopped)
+            stopped = False
             if isinstance(answer, Failed):
                 self._failed(memory, answer)
                 if memory.stopped:
@@ -146,18 +150,49 @@ class Executor:
             seen = (self._model(memory), edge, memory.readings, carried.ticks + 1)
             memory.carried = carried.watched(False if strays(*seen) else goes_along(*seen))
 
+    def _stopped(self, memory: Memory) -> bool:
+        """Whether the robot does not get on although it should: then it goes on from where it is, around that place.
+
+        Where its ways are laid out by whoever knows what stands there, nothing stops it but what it is to push.
+        """
+        if self.motion is not None or not self.settings.monitors or not memory.tasks or not memory.tasks[0].travels:
+            return False
+        if len(memory.readings) <= LEARNING.ticks:
+            return False
+        model, space = self._model(memory), self.model.graph.objects[self._root].observable
+        limit, floor = np.maximum(model.step_limit[self._root], 1e-9), LEARNING.surely * model.noise[self._root]
+        here, before = (memory.readings[k][self._root] for k in (-1, -LEARNING.ticks))
+        smooth, way = ~space.jump_mask, space.difference(memory.command, here)
+        moved = np.abs(space.difference(here, before)) > np.maximum(EXECUTION.slack * limit, floor)
+        short = np.abs(way) > np.maximum(EXECUTION.stopped * limit, floor)
+        if moved[smooth].any() or not short[smooth].any():
+            return False
+        place = space.role_indices("position")
+        further = here + way / max(1.0, float(np.max(np.abs(way[smooth]) / limit[smooth])))
+        known = memory.blocked or Blocked(np.zeros((0, len(place))))
+        near = PLANNING.alike * limit[place]
+        memory.blocked = known.met(further[place], memory.carried.following, near)
+        memory.command = np.where(smooth, here, memory.command)
+        return True
+
     def _view(self, memory: Memory) -> View:
+        motion, blocked = self.motion, memory.blocked
+        if motion is None and blocked is not None and blocked.held == memory.carried.following:
+            space = self.model.graph.objects[self._root].observable
+            motion = Detour(space, self.model.step_limit[self._root], blocked)
         view = View(
             self._model(memory), self.skills, memory.readings, memory.command, self.settings.monitors,
-            self.settings.attempts, self.motion, memory.carried.left, memory.carried.following,
+            self.settings.attempts, motion, memory.carried.left, memory.carried.following,
+            news=0 if blocked is None else len(blocked.places),
         )  # fmt: skip
         if view.left:
             view.left = memory.carried.standing(view.model, view.averaged())
         return view
 
-    def _act(self, memory: Memory, task: Task) -> Answer:
+    def _act(self, memory: Memory, task: Task, *, stopped: bool) -> Answer:
         """One tick of a task; what the robot carries and where it let go of things is kept on the way."""
         view, child = self._view(memory), task.edge.child if task.edge is not None else ""
+        view.stopped = stopped
         if isinstance(task, CarryTask | Approach):
             memory.carried = memory.carried.taken(child, view.averaged()[child])
         try:
@@ -244,6 +279,8 @@ class Executor:
         step = memory.plan.steps[memory.step] if memory.plan is not None and memory.step >= 0 else None
         view = self._view(memory)
         unforeseen, origin = failure.cause in _UNFORESEEN, memory.carried.origin
+        if memory.blocked is not None:  # what it was stopped by on the way to one goal counts for the next
+            memory.blocked = replace(memory.blocked, again=0)
         if failure.cause == "lost":
             unforeseen = memory.carried.stayed(view.model, view.averaged())
             memory.carried = memory.carried.slipped()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ichain_drake.control.execution.carried import Carried
+from ichain_drake.control.execution.detour import Blocked
 from ichain_drake.control.execution.sensing import SensorNoise
 from ichain_drake.control.execution.tasks import Mode, Task
 from ichain_drake.control.planning.contradictions import Contradiction
@@ -55,6 +56,7 @@ class Memory:
         contradictions: steps that did not do what was predicted.
         noise: what readings tell of their noise.
         model: the learned graph with that noise; None before the first reading.
+        blocked: where the robot was stopped on its way; None where it never was.
         giving_up: cause and reason for which it will stop, unless a last look finds that the goal holds.
     """
 
@@ -77,6 +79,7 @@ class Memory:
     contradictions: tuple[Contradiction, ...] = ()
     noise: SensorNoise = field(default_factory=SensorNoise)
     model: InteractionModel | None = None
+    blocked: Blocked | None = None
     giving_up: tuple[str, str] | None = None
 
     @property

@@ -66,6 +66,8 @@ class View:
         motion: lays out ways of the robot; straight lines without.
         left: robot state in which each object that it carried was let go of, shape (n_root,).
         follows: object that was seen to go along with the robot when that moved clearly last; empty if there is none.
+        stopped: whether the robot was seen just now not to get on.
+        news: how often it was, where it is; see `Course`.
     """
 
     model: InteractionModel
@@ -77,6 +79,8 @@ class View:
     motion: Motion | None = None
     left: Mapping[str, FloatArray] = field(default_factory=dict)
     follows: str = ""
+    stopped: bool = False
+    news: int = 0
 
     def averaged(self, ticks: int = 3) -> dict[str, FloatArray]:
         """Measured states averaged over the last ticks; whole numbers by their median, the robot's is its command."""
@@ -113,7 +117,7 @@ class View:
         """See `Course.towards`."""
         root = self.model.graph.root
         space, limit = self.model.graph.objects[root].observable, self.model.step_limit[root]
-        return course.towards(space, self.command, goal, limit, self.motion, held, self.left)
+        return course.towards(space, self.command, goal, limit, self.motion, held, self.left, self.news)
 
 
 @dataclass(eq=False)
@@ -122,12 +126,14 @@ class Task:
 
     Attributes:
         followed: whether it saw the child go along with the parent, which was not known before.
+        travels: whether the robot is on its way to somewhere, where nothing should stop it.
     """
 
     edge: Interaction | None
 
     mode = Mode.LOOK
     followed = False
+    travels = False
 
     def act(self, view: View) -> Answer:
         """One tick."""

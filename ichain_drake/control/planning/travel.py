@@ -21,6 +21,7 @@ def step_towards(space: StateSpace, now: FloatArray, goal: FloatArray, limit: Fl
     Returns:
         The next command, and whether it is the goal.
     """
+    goal = space.clip(goal)
     way = space.difference(goal, now)
     jumps = jumping(space)
     ratio = float(np.max(np.abs(way[~jumps]) / np.maximum(limit[~jumps], 1e-9), initial=0.0))
