@@ -35,7 +35,7 @@ class RobotCommands:
 
     def __init__(self, start: FloatArray, low: tuple[float, float], high: tuple[float, float]) -> None:
         self.now = np.array(start, dtype=float)
-        self._low, self._high = np.array(low) + 5e-3, np.array(high) - 5e-3
+        self._low, self._high = np.array(low), np.array(high)
         self.rows: list[FloatArray] = []
 
     def to(self, **wanted: float) -> Self:
@@ -105,7 +105,7 @@ def _with_stick(
     lay.to(arm=_ARM, theta=UP).to(y=low - 0.5).to(x=middle)
     for dx, dy in ((0.09, -0.2125), (-0.09, -0.2125), (0.0, -0.24), (rng.uniform(-0.03, 0.03), -0.228)):
         lay.to(x=middle + dx, y=low + dy - 0.03).to(y=low + dy).to(vacuum=1).wait(1).to(y=low + dy - 0.04).to(vacuum=0)
-    off, gap = rng.uniform(-0.035, 0.035), rng.uniform(0.2065, 0.2185)
+    off, gap = rng.uniform(-0.055, 0.055), rng.uniform(0.2065, 0.2185)
     lay.to(x=middle + off, y=low - gap - 0.05).to(y=low - gap).to(vacuum=1).wait(1)
     off = lay.now[0] - middle  # the base may have been stopped by a wall's clearance
     top = _TOP - _LENGTH - gap

@@ -20,8 +20,8 @@ from ichain_drake.systems.kinder.opening import ObjectState, holds, open_kinder,
 from ichain_drake.world.environment_spec import EnvironmentSpec, RootTerm
 
 ROBOT, STICK = "robot", "stick"
-LOW, HIGH = (0.1, 0.1), (3.4, 1.14)
-"""Corners of where the base can be [m]: in the room, and below the table."""
+LOW, HIGH = (0.105, 0.105), (3.395, 1.145)
+"""Corners of where the base can be [m]: 5 mm from the room's walls and from the table."""
 
 _FEATURES = {
     ROBOT: ("x", "y", "theta", "arm_joint", "vacuum"),
