@@ -32,12 +32,13 @@ def save(model: InteractionModel, library: str | Path, name: str) -> list[Path]:
     return save_chain(model.chain, library, name, model.demonstrations_sha256)
 
 
-def load(library: str | Path, scenario: Any) -> InteractionModel | KnownParts:
+def load(library: str | Path, scenario: Any, *, lift: bool = False) -> InteractionModel | KnownParts:
     """All that a library knows about a scenario's graph.
 
     Args:
         library: the library's folder.
         scenario: whose graph it is, and whose name.
+        lift: graphs: whether what was learned on one object holds for all of its type (one button, ten buttons).
 
     Returns:
         A graph that was saved by the scenario's name, if it fits as a whole. Otherwise the interactions that fit, of
@@ -48,7 +49,7 @@ def load(library: str | Path, scenario: Any) -> InteractionModel | KnownParts:
             nothing of that fits.
     """
     if not isinstance(scenario, PathScenario):
-        return load_fitting(Path(library), scenario.name, scenario.graph)
+        return load_fitting(Path(library), scenario.name, scenario.graph, lift=lift)
     names = scenario.graph.chain(scenario.target)
     links = load_links(library, scenario.graph, names, scenario.target_variables)
     return KnownParts(links=links, command=load_command(library, scenario.graph, names))

@@ -91,13 +91,16 @@ def load_graph(library: Path, name: str, graph: InteractionGraph) -> Interaction
         return SavedGraph.read(folder).known(graph)
 
 
-def load_fitting(library: Path, name: str, graph: InteractionGraph) -> InteractionModel | KnownParts:
+def load_fitting(
+    library: Path, name: str, graph: InteractionGraph, *, lift: bool = False
+) -> InteractionModel | KnownParts:
     """Load all that a library's graphs know about the graph at hand.
 
     Args:
         library: the library's folder.
         name: by which the graph at hand is saved.
         graph: the graph at hand.
+        lift: see `load_parts`.
 
     Returns:
         The saved graph of that name if it fits as a whole; otherwise every interaction that fits; see `load_parts`.
@@ -108,13 +111,13 @@ def load_fitting(library: Path, name: str, graph: InteractionGraph) -> Interacti
     """
     folder = library / graph_name(name)
     if folder.name not in {found.name for found in item_folders(library)}:
-        return load_parts(library, name, graph)
+        return load_parts(library, name, graph, lift=lift)
     with one_blas_thread():
         saved = SavedGraph.read(folder)
         try:
             check_graph(saved.manifest, saved.graph(), graph, str(folder))
         except InputError as error:
-            parts = load_parts(library, name, graph)
+            parts = load_parts(library, name, graph, lift=lift)
             if len(parts.elsewhere) == len(parts.edges):
                 raise error from None
             return parts

@@ -21,7 +21,7 @@ from ichain_drake.learning.renaming import renamed, seen_by
 from ichain_drake.learning.status.events import Windows
 
 
-def load_parts(library: Path, name: str, graph: InteractionGraph) -> KnownParts:
+def load_parts(library: Path, name: str, graph: InteractionGraph, *, lift: bool = False) -> KnownParts:
     """Every interaction of a graph that a library's saved graphs know.
 
     The graph that was saved by the same name is looked at first, the others in the order of their names. An interaction
@@ -33,6 +33,7 @@ def load_parts(library: Path, name: str, graph: InteractionGraph) -> KnownParts:
         library: the library's folder.
         name: of the scenario at hand.
         graph: its interaction graph.
+        lift: whether what was learned on one object holds for all of its type: then no choice is left.
 
     Raises:
         InputError: if there is no such library, it holds what is no part of one, or a graph in it is damaged, edited or
@@ -43,11 +44,13 @@ def load_parts(library: Path, name: str, graph: InteractionGraph) -> KnownParts:
     folders = [folder for folder in item_folders(library) if is_graph_name(folder.name)]
     with one_blas_thread():  # the trial evaluations, as everywhere
         for folder in sorted(folders, key=lambda f: (f.name != own, f.name)):
-            found = _with_graph(found, SavedGraph.read(folder), graph, elsewhere=folder.name != own)
+            found = _with_graph(found, SavedGraph.read(folder), graph, elsewhere=folder.name != own, lift=lift)
     return found
 
 
-def _with_graph(found: KnownParts, saved: SavedGraph, graph: InteractionGraph, *, elsewhere: bool) -> KnownParts:
+def _with_graph(
+    found: KnownParts, saved: SavedGraph, graph: InteractionGraph, *, elsewhere: bool, lift: bool
+) -> KnownParts:
     theirs, folder = saved.graph(), saved.folder
     try:
         check_time(saved.manifest, str(folder))
@@ -57,7 +60,7 @@ def _with_graph(found: KnownParts, saved: SavedGraph, graph: InteractionGraph, *
     reasons = dict(found.reasons)
     for edge in [e for e in graph.interactions if e not in found.edges]:
         try:
-            match = _counterpart(edge, graph, theirs, folder)
+            match = _counterpart(edge, graph, theirs, folder, lift=lift)
             if match is None:
                 continue
             names = _names(edge, match, known, graph, folder)
@@ -70,9 +73,11 @@ def _with_graph(found: KnownParts, saved: SavedGraph, graph: InteractionGraph, *
 
 
 def _counterpart(
-    edge: Interaction, graph: InteractionGraph, theirs: InteractionGraph, folder: Path
+    edge: Interaction, graph: InteractionGraph, theirs: InteractionGraph, folder: Path, *, lift: bool
 ) -> Interaction | None:
     """The saved interaction that an interaction here is; None where there is none between such types.
+
+    Where all of a type are alike (`lift`), it is the first of those between such types.
 
     Raises:
         InputError: if the one of the same name doesn't fit, or the types leave a choice; says what.
@@ -82,13 +87,14 @@ def _counterpart(
             check_space(theirs.objects[end], graph.objects[end].observable, f"{folder}: {end}")
         return edge
     alike = [e for e in theirs.interactions if _fits(e, edge, theirs, graph)]
-    if not alike:
-        return None
+    if lift or not alike:
+        return next(iter(alike), None)
     rivals = [e for e in graph.interactions if any(_fits(a, e, theirs, graph) for a in alike)]
     if len(alike) > 1 or len(rivals) > 1:
         raise InputError(
             f"{folder}: {', '.join(e.name for e in alike)} may be any of {', '.join(e.name for e in rivals)}, "
-            "which have the same types; give objects here the names that they have in the library"
+            "which have the same types; give objects here the names that they have in the library, or lift what was "
+            "learned on one to all of its type"
         )
     return alike[0]
 
