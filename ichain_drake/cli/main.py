@@ -44,11 +44,13 @@ for _command in (teach, learn, discover, relearn, scoreboard, check, import_comm
 def list_scenarios() -> None:
     """List the scenarios."""
     from ichain_drake.scenarios.config import load_config
-    from ichain_drake.systems import SCENARIOS
+    from ichain_drake.systems import OPTIONAL, SCENARIOS
 
-    for name, kind in SCENARIOS.items():
+    every = SCENARIOS | OPTIONAL
+    width = max(map(len, every))
+    for name, kind in every.items():
         config = load_config(kind.config_class, kind.config_path())
-        print(f"{name:18} {config.description}")
+        print(f"{name:{width}} {config.description}")
 
 
 @app.command()

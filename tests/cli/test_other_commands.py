@@ -9,11 +9,11 @@ import pytest
 
 
 def test_list_names_every_scenario(ichain):
-    from ichain_drake.systems import SCENARIOS
+    from ichain_drake.systems import OPTIONAL, SCENARIOS
 
     done = ichain("list")
     assert done.status == 0
-    assert [line.split()[0] for line in done.out.splitlines()] == list(SCENARIOS)
+    assert [line.split()[0] for line in done.out.splitlines()] == [*SCENARIOS, *OPTIONAL]
     assert all(len(line.split()) > 3 for line in done.out.splitlines())
 
 

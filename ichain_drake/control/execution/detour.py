@@ -7,19 +7,53 @@ is straight until the robot is seen not to get on, then around that place, and s
 from __future__ import annotations
 
 import heapq
-from collections.abc import Mapping
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise, product
 
 import numpy as np
 
 from ichain_drake.control.planning.travel import jumping, step_towards
-from ichain_drake.control.settings import EXECUTION
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.errors import UnreachableError
+from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import FloatArray, IntArray, StateSpace
 
 _Node = tuple[int, ...]
+
+
+def places(space: StateSpace) -> IntArray:
+    """Indices of a robot's variables that say where it is."""
+    return space.role_indices("position")
+
+
+def stopped_before(
+    model: InteractionModel, readings: Sequence[Mapping[str, FloatArray]], command: FloatArray
+) -> FloatArray | None:
+    """Where a robot would be a step further that does not get on although it is told to; None if it does get on.
+
+    Args:
+        model: the learned graph.
+        readings: measured states of the last ticks, the newest last.
+        command: the last command, shape (n_root,).
+
+    Returns:
+        A place, shape (n_place,).
+    """
+    if len(readings) < LEARNING.ticks:
+        return None
+    root = model.graph.root
+    space, limit = model.graph.objects[root].observable, np.maximum(model.step_limit[root], 1e-9)
+    floor, smooth = LEARNING.surely * model.noise[root], ~space.jump_mask
+    here, before = (readings[k][root] for k in (-1, -LEARNING.ticks))
+    way = space.difference(command, here)
+    moved = np.abs(space.difference(here, before)) > np.maximum(EXECUTION.slack * limit, floor)
+    short = np.abs(way) > np.maximum(EXECUTION.stopped * limit, floor)
+    if moved[smooth].any() or not short[smooth].any():
+        return None
+    further = here + way / max(1.0, float(np.max(np.abs(way[smooth]) / limit[smooth])))
+    return np.asarray(further[places(space)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,21 +66,21 @@ class Blocked:
         again: how often it was stopped at a place that was known.
     """
 
-    places: FloatArray
+    places: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     held: str = ""
     again: int = 0
 
-    def met(self, place: FloatArray, held: str, near: FloatArray) -> Blocked:
+    def met(self, place: FloatArray, held: str, step: FloatArray) -> Blocked:
         """With another place; what was in the way of something else says nothing of this.
 
         Args:
             place: of the robot, one step further, shape (n_place,).
             held: what it holds.
-            near: within which two places are one, shape (n_place,).
+            step: largest of the robot in a tick, shape (n_place,).
         """
         if held != self.held or not len(self.places):
             return Blocked(place[None], held)
-        known = bool((np.abs(self.places - place) <= near).all(axis=1).any())
+        known = bool((np.abs(self.places - place) <= PLANNING.alike * step).all(axis=1).any())
         return Blocked(np.vstack([self.places, place]), held, self.again + known)
 
 
@@ -76,10 +110,11 @@ class Detour:
         if self.blocked.again > LEARNING.few or self._hits(end[None]).any():
             raise UnreachableError("the robot was stopped on the way there")
         corners = [start, end] if self._clear(start, end) else self._around(start, end)
-        lengths = np.cumsum([0.0, *(np.max(np.abs(b - a) / self._step) for a, b in zip(corners[:-1], corners[1:]))])
+        parts = [np.max(np.abs(b - a) / self._step) for a, b in pairwise(corners)]
+        shares = np.cumsum(parts) / max(float(np.sum(parts)), 1e-9)
         rows, at = [], np.array(now, dtype=float)
         way = self.space.difference(goal, now)
-        for corner, share in zip(corners[1:], lengths[1:] / max(float(lengths[-1]), 1e-9), strict=True):
+        for corner, share in zip(corners[1:], shares, strict=True):
             target = np.where(jumping(self.space), now, now + share * way)
             target[self._place] = corner
             there = False
@@ -90,8 +125,8 @@ class Detour:
         return np.array(rows)
 
     @property
-    def _place(self) -> np.ndarray:
-        return self.space.role_indices("position")
+    def _place(self) -> IntArray:
+        return places(self.space)
 
     @property
     def _step(self) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.course import Motion
-from ichain_drake.control.execution.detour import Blocked, Detour
+from ichain_drake.control.execution.detour import Blocked, Detour, places, stopped_before
 from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
 from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
@@ -27,7 +27,7 @@ from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Tas
 from ichain_drake.control.planning.contradictions import Contradiction
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import Skills
-from ichain_drake.control.settings import EXECUTION, PLANNING
+from ichain_drake.control.settings import EXECUTION
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
@@ -157,22 +157,13 @@ class Executor:
         """
         if self.motion is not None or not self.settings.monitors or not memory.tasks or not memory.tasks[0].travels:
             return False
-        if len(memory.readings) <= LEARNING.ticks:
+        further = stopped_before(self._model(memory), memory.readings, memory.command)
+        if further is None:
             return False
-        model, space = self._model(memory), self.model.graph.objects[self._root].observable
-        limit, floor = np.maximum(model.step_limit[self._root], 1e-9), LEARNING.surely * model.noise[self._root]
-        here, before = (memory.readings[k][self._root] for k in (-1, -LEARNING.ticks))
-        smooth, way = ~space.jump_mask, space.difference(memory.command, here)
-        moved = np.abs(space.difference(here, before)) > np.maximum(EXECUTION.slack * limit, floor)
-        short = np.abs(way) > np.maximum(EXECUTION.stopped * limit, floor)
-        if moved[smooth].any() or not short[smooth].any():
-            return False
-        place = space.role_indices("position")
-        further = here + way / max(1.0, float(np.max(np.abs(way[smooth]) / limit[smooth])))
-        known = memory.blocked or Blocked(np.zeros((0, len(place))))
-        near = PLANNING.alike * limit[place]
-        memory.blocked = known.met(further[place], memory.carried.following, near)
-        memory.command = np.where(smooth, here, memory.command)
+        space, here = self.model.graph.objects[self._root].observable, memory.readings[-1][self._root]
+        known = memory.blocked or Blocked()
+        memory.blocked = known.met(further, memory.carried.following, self.model.step_limit[self._root][places(space)])
+        memory.command = np.where(space.jump_mask, memory.command, here)
         return True
 
     def _view(self, memory: Memory) -> View:

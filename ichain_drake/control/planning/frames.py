@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ichain_drake.graph import Interaction
 from ichain_drake.control.planning.model import Batch
+from ichain_drake.graph import Interaction
 from ichain_drake.learning.effects.alignment import apart, frame_turns, heading_of
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING

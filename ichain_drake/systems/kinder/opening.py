@@ -148,9 +148,7 @@ def robot_space(low: tuple[float, float], high: tuple[float, float]) -> StateSpa
     Args:
         low, high: corners of where its base can be [m].
     """
-    x, y = (
-        Variable(a, "m", low[k], high[k], role=Role("position", "room", a)) for k, a in enumerate("xy")
-    )
+    x, y = (Variable(a, "m", low[k], high[k], role=Role("position", "room", a)) for k, a in enumerate("xy"))
     return StateSpace(
         "crv_robot",
         (x, y, turn(), Variable("arm", "m", RADIUS, 2 * RADIUS), Variable("vacuum", "1", 0, 1, kind="binary")),

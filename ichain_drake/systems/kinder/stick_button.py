@@ -16,7 +16,16 @@ from ichain_drake.scenarios.graph_scenario import GraphConfig
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.state import FloatArray, StateSpace, Variable
 from ichain_drake.systems.kinder.demonstrations import script_pieces
-from ichain_drake.systems.kinder.opening import ObjectState, holds, open_kinder, place, robot_space, touches, turn, values_of
+from ichain_drake.systems.kinder.opening import (
+    ObjectState,
+    holds,
+    open_kinder,
+    place,
+    robot_space,
+    touches,
+    turn,
+    values_of,
+)
 from ichain_drake.world.environment_spec import EnvironmentSpec, RootTerm
 
 ROBOT, STICK = "robot", "stick"
@@ -55,9 +64,7 @@ class StickButton2D(EnvironmentScenario):
             interactions=[f"{parent}->{child}" for parent, child in edges],
             actions=(*(RootTerm(v) for v in ("x", "y", "theta", "arm")), RootTerm("vacuum", relative=False)),
             read=self._read,
-            active=lambda env: {
-                f"{p}->{c}": holds(env, p, c) if c == STICK else touches(env, p, c) for p, c in edges
-            },
+            active=lambda env: {f"{p}->{c}": holds(env, p, c) if c == STICK else touches(env, p, c) for p, c in edges},
             snapshot=ObjectState(),
         )
 
