@@ -71,7 +71,7 @@ def settings(scenario: str | None, constants: bool) -> None:
 @click.argument("more", nargs=-1, metavar="")
 @click.option("--goal", metavar="EXPR ...", multiple=True, help="wanted, such as 'object.variable >= value'")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
-@options("resample", "unlabelled", "no_graph", "graph_file", "library")
+@options("resample", "unlabelled", "no_graph", "graph_file", "library", "lift")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
 @options("report", "output", "without")
 @click.option("--oracle/--no-oracle", help="also run the oracle, for comparison; it takes longer than the run")
@@ -93,6 +93,7 @@ def run(
     no_graph: bool,
     graph_file: Path | None,
     library: Path | None,
+    lift: bool,
     record: Path | None,
     report: str | None,
     output: Path | None,
@@ -121,8 +122,9 @@ def run(
         taught = taught_by(loaded, Taught(unlabelled, no_graph, graph_file))
         started = asked_for(loaded, asked[0], path, asked[1], smooth=smooth, taught=taught)
         return run_scenario(
-            started, files, path, demos, library, oracle=oracle, resampled=resample, meshcat=meshcat, realtime=realtime
-        )
+            started, files, path, demos, library, oracle=oracle, lift=lift, resampled=resample, meshcat=meshcat,
+            realtime=realtime,
+        )  # fmt: skip
 
 
 @app.command()
@@ -132,7 +134,7 @@ def run(
 @options("physics", "seed")
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
 @click.option("--explain", is_flag=True, help="also what was tried for each condition, and how likely each step is")
-@options("resample", "unlabelled", "no_graph", "graph_file", "library", "settings")
+@options("resample", "unlabelled", "no_graph", "graph_file", "library", "lift", "settings")
 def plan(
     scenario: str,
     goal: tuple[str, ...],
@@ -146,6 +148,7 @@ def plan(
     no_graph: bool,
     graph_file: Path | None,
     library: Path | None,
+    lift: bool,
     settings: tuple[str, ...],
 ) -> int:
     """Print the plan for a goal over an interaction graph, or why there is none."""
@@ -157,7 +160,9 @@ def plan(
     if isinstance(loaded, PathScenario):
         raise IchainError(f"{scenario} follows paths; `ichain plan` is for scenarios with a goal")
     taught = Taught(unlabelled, no_graph, graph_file)
-    return print_plan(loaded, [*goal, *more], demos, library, resampled=resample, explain=explain, taught=taught)
+    return print_plan(
+        loaded, [*goal, *more], demos, library, lift=lift, resampled=resample, explain=explain, taught=taught
+    )
 
 
 @app.command()

@@ -47,6 +47,9 @@ def options(*names: str) -> Callable[[FunctionT], FunctionT]:
             "--graph", "graph_file", type=PATH, metavar="FILE", help="goals: edges from `ichain discover`"
         ),
         "library": click.option("--library", type=PATH, metavar="DIR", help="a library of learned interactions"),
+        "lift": click.option(
+            "--lift", is_flag=True, help="with --library: what was learned on one object holds for all of its type"
+        ),
     }
 
     def decorate(function: FunctionT) -> FunctionT:

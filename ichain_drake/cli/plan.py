@@ -27,6 +27,7 @@ def print_plan(
     demos: Path | None,
     library: Path | None = None,
     *,
+    lift: bool = False,
     resampled: bool = False,
     explain: bool = False,
     taught: Taught | None = None,
@@ -41,7 +42,7 @@ def print_plan(
     """
     goal = goal_of(scenario, expressions)
     spec = graph_spec(scenario.config)
-    before = known_of(scenario, library)
+    before = known_of(scenario, library, lift=lift)
     check_there(demos)
     taught = taught or Taught()
     graph, unlabelled = taught.graph(scenario.graph), taught.unlabelled

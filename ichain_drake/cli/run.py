@@ -119,16 +119,21 @@ def check_filled(library: Path) -> None:
         raise InputError(f"{library}: holds no interactions; `ichain learn` makes a library, or leave --library out")
 
 
-def known_of(scenario: Scenario, library: Path | None) -> Known | None:
+def known_of(scenario: Scenario, library: Path | None, *, lift: bool = False) -> Known | None:
     """What a library knows of a scenario's graph.
 
+    Args:
+        scenario, library, lift: as the command has them.
+
     Raises:
-        InputError: if it is none, empty or damaged.
+        InputError: if it is none, empty or damaged; if something is to be lifted out of no library.
     """
     if library is None:
+        if lift:
+            raise InputError("--lift is for --library: it lifts what that knows of one object to all of its type")
         return None
     check_filled(library)
-    return load(library, scenario)
+    return load(library, scenario, lift=lift)
 
 
 def goal_of(scenario: Any, expressions: Sequence[str]) -> tuple[str, ...]:
@@ -199,6 +204,7 @@ def run_scenario(
     library: Path | None,
     *,
     oracle: bool = True,
+    lift: bool = False,
     resampled: bool = False,
     meshcat: bool = False,
     realtime: bool = False,
@@ -209,7 +215,7 @@ def run_scenario(
         run: to be carried out.
         files: where it writes.
         read: files that it reads.
-        demos, library, oracle, resampled, meshcat, realtime: as the command's options.
+        demos, library, oracle, lift, resampled, meshcat, realtime: as the command's options.
 
     Returns:
         The exit status: 0 if the goal was reached or every path completed, else 1; 130 if interrupted.
@@ -222,7 +228,7 @@ def run_scenario(
     check_settings(run.scenario)
     check_there(demos)
     scenario: Any = run.scenario
-    known = known_of(scenario, library)
+    known = known_of(scenario, library, lift=lift)
     files.prepare()
     interrupted, unreachable = False, None
     with (

@@ -60,7 +60,7 @@ class CarryTask(Task):
             now = view.averaged(1)
         error = self._error(space, goal, now[child], index)
         size = float(np.max(np.abs(error) / tolerance))
-        if size < self.best - 0.2:
+        if size < self.best - 0.2 or view.stopped:  # what is in the way is found out bit by bit
             self.best, self.since = size, self.ticks
         averaged = self.still == 0 and self.looked
         if size <= 1.0 and averaged:

@@ -18,7 +18,7 @@ from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.errors import UnreachableError
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import FloatArray, IntArray, StateSpace
+from ichain_drake.state import BoolArray, FloatArray, IntArray, StateSpace
 
 _Node = tuple[int, ...]
 
@@ -107,7 +107,7 @@ class Detour:
             UnreachableError: if the goal itself is blocked, or all ways to it are.
         """
         start, end = now[self._place], goal[self._place]
-        if self.blocked.again > LEARNING.few or self._hits(end[None]).any():
+        if self.blocked.again > LEARNING.few or self._hits(end[None], EXECUTION.stopped).any():
             raise UnreachableError("the robot was stopped on the way there")
         corners = [start, end] if self._clear(start, end) else self._around(start, end)
         parts = [np.max(np.abs(b - a) / self._step) for a, b in pairwise(corners)]
@@ -132,16 +132,16 @@ class Detour:
     def _step(self) -> FloatArray:
         return np.maximum(self.limit[self._place], 1e-9)
 
-    def _hits(self, places: FloatArray) -> np.ndarray:
-        """Which places, shape (n, n_place), are as good as blocked ones, shape (n,)."""
+    def _hits(self, places: FloatArray, near: float) -> BoolArray:
+        """Which places, shape (n, n_place), are within so many steps of a blocked one, shape (n,)."""
         off = np.abs(places[:, None] - self.blocked.places[None]) / self._step
-        return np.asarray((off.max(axis=2) < EXECUTION.stopped).any(axis=1))
+        return np.asarray((off.max(axis=2) < near - 1e-6).any(axis=1))
 
     def _clear(self, start: FloatArray, end: FloatArray) -> bool:
-        """Whether nothing is known to be in the way of a straight line; where it starts it stands."""
+        """Whether nothing is known to be in the way of a straight line from where it stands; what is, is wide."""
         count = max(1, int(np.ceil(np.max(np.abs(end - start) / self._step) / EXECUTION.stopped)))
         share = np.arange(1, count + 1)[:, None] / count
-        return not self._hits(start + share * (end - start)).any()
+        return not self._hits(start + share * (end - start), 1.0).any()
 
     def _around(self, start: FloatArray, end: FloatArray) -> list[FloatArray]:
         """Corners of a shortest way in steps of the robot (A*), with both ends."""

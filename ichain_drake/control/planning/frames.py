@@ -31,7 +31,7 @@ class Frames:
     def __init__(self, model: InteractionModel) -> None:
         self._spaces = {n: s.observable for n, s in model.graph.objects.items()}
         self._edges, self._root = model.edges, model.graph.root
-        self._ends = {n: (model.low[n], model.high[n]) for n in model.low}
+        self._model = model
         self._known: dict[tuple[str, str], Any] = {}
         alignments = {e: learned.alignment for e, learned in model.edges.items()}
         self._turns = frame_turns(self._spaces, model.graph.root, alignments)
@@ -138,7 +138,7 @@ class Frames:
             shape (...).
         """
         places = self._spaces[obj].role_indices("position")
-        low, high = (end[places] for end in self._ends[obj])
+        low, high = self._model.low[obj][places], self._model.high[obj][places]
         room, place = LEARNING.slight * LEARNING.near * (high - low), states[..., places]
         return np.asarray(((place >= low - room) & (place <= high + room)).all(axis=-1))
 

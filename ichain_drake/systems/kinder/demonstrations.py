@@ -1,7 +1,8 @@
 """Scripted pieces for StickButton2D, on the instance with one button: what a person would show, laid out beforehand.
 
-The person sees where everything is at the start, and drives by eye from there: she grasps off the middle, misses, and
-stops beside the button as often as on it. Nothing is looked up while she drives.
+The person sees where everything is at the start, and drives by eye from there: she leaves a gap to the stick that is
+sometimes too wide, grasps it off its middle, sometimes beside it, and stops beside the button as often as on it.
+Nothing is looked up while she drives, and where a stick can be taken or a button is pressed, her hand does not know.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ UP = np.pi / 2
 _LIMIT = np.array([0.05, 0.05, np.pi / 16, 0.1])  # m, m, rad, m: longest way of each variable in a tick
 _VARIABLES = ("x", "y", "theta", "arm", "vacuum")
 _ARM = 0.2  # m: all the way out
+_REACH = 0.205  # m from the base's middle to the face of the gripper then
 _WIDTH, _LENGTH = 0.05, 1.25  # m: of the stick
 _TOP = 2.49  # m: just below the far wall
 
@@ -103,9 +105,10 @@ def _with_stick(
     """Miss the stick a few times, take it, move about, pass over the button and stop beside and on it, let go."""
     middle, low = stick[0] + _WIDTH / 2, stick[1]
     lay.to(arm=_ARM, theta=UP).to(y=low - 0.5).to(x=middle)
-    for dx, dy in ((0.09, -0.2125), (-0.09, -0.2125), (0.0, -0.24), (rng.uniform(-0.03, 0.03), -0.228)):
-        lay.to(x=middle + dx, y=low + dy - 0.03).to(y=low + dy).to(vacuum=1).wait(1).to(y=low + dy - 0.04).to(vacuum=0)
-    off, gap = rng.uniform(-0.055, 0.055), rng.uniform(0.2065, 0.2185)
+    for side, gap in ((0.09, 0.008), (-0.09, 0.008), (0.0, 0.035), (rng.uniform(-0.03, 0.03), 0.023)):
+        off = low - _REACH - gap
+        lay.to(x=middle + side, y=off - 0.03).to(y=off).to(vacuum=1).wait(1).to(y=off - 0.04).to(vacuum=0)
+    off, gap = rng.uniform(-0.065, 0.065), _REACH + rng.uniform(0.001, 0.017)
     lay.to(x=middle + off, y=low - gap - 0.05).to(y=low - gap).to(vacuum=1).wait(1)
     off = lay.now[0] - middle  # the base may have been stopped by a wall's clearance
     top = _TOP - _LENGTH - gap
@@ -114,7 +117,7 @@ def _with_stick(
         lay.to(x=x, y=min(y, top))
     along, side = rng.uniform(-0.03, _LENGTH + 0.03), rng.choice([-1, 1])
     lay.to(x=button[0] + side * 0.25).to(y=min(button[1] - along - gap, top))
-    for x in (side * 0.25, side * rng.uniform(0.08, 0.11), rng.uniform(-0.05, 0.05)):
+    for x in (side * 0.25, side * rng.uniform(0.05, 0.13), rng.uniform(-0.05, 0.05)):
         lay.to(x=button[0] + x + off).wait(1)
     lay.wait(3)
     if not leave:
@@ -127,7 +130,7 @@ def _without(lay: RobotCommands, rng: np.random.Generator, button: FloatArray) -
     lay.to(arm=_ARM, theta=UP)
     turn = rng.uniform(-np.pi, np.pi)
     way = np.array([np.cos(turn), np.sin(turn)])
-    for far in (0.4, 0.24, rng.uniform(0.16, 0.2), rng.uniform(0.0, 0.1)):
+    for far in (0.4, 0.24, rng.uniform(0.1, 0.22), rng.uniform(0.0, 0.1)):
         x, y = button[:2] + far * way
         lay.to(x=x, y=y).wait(1)
     x, y = button[:2] - 0.3 * way

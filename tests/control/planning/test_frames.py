@@ -73,6 +73,16 @@ def test_how_far_an_object_can_be_taken_follows_from_the_robots_bounds():
     assert Frames(model()).reach("lamp") is None
 
 
+def test_a_place_is_in_reach_within_bounds_and_shown_within_what_was_shown():
+    learned = model()
+    learned.low, learned.high = {"jug": np.array([0.0, 0.0, 0.1])}, {"jug": np.array([1.0, 2.0, 0.2])}
+    frames = Frames(learned)
+    states = {"robot": np.array([[0.0, 0.0], [1.0, -1.0], [1.01, 0.0]])}
+    np.testing.assert_array_equal(frames.in_reach(states), [True, True, False])
+    jugs = np.array([[0.5, 0.5, 9.0], [1.01, 0.0, 0.1], [1.02, 0.0, 0.1], [0.5, -0.1, 0.1]])
+    np.testing.assert_array_equal(frames.is_shown("jug", jugs), [True, True, False, False])
+
+
 @pytest.mark.parametrize(("followed", "anchor"), [((0, 1), "stove"), ((0, 1, 2), "stove"), ((2,), None)])
 def test_only_what_can_be_brought_somewhere_is_held_beside_it(followed, anchor):
     """A knob that turns in the hand but stays at its place goes to no food: drives by it hold where they were shown."""

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption, find_carries
-from ichain_drake.control.planning.options import _unseen, find_drives
+from ichain_drake.control.planning.frames import Frames
+from ichain_drake.control.planning.options import DriveOption, _unseen, find_drives
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -98,3 +99,66 @@ def test_what_is_spilled_by_tilting_does_not_follow_the_hand() -> None:
     )
     (carry,) = find_carries(model)  # type: ignore[arg-type]
     assert carry.follow.tolist() == [0, 1]
+
+
+PUSH = Interaction("robot", "bell")
+
+
+def bell(low: float = -1.0, high: float = 1.0) -> SimpleNamespace:
+    """A robot on a rail rings a bell for good by being within 10 cm of it."""
+    rail = Role("position", "rail", "x")
+    spaces = {
+        "robot": StateSpace("robot", (Variable("x", "m", low, high, role=rail),)),
+        "bell": StateSpace("bell", (Variable("x", "m", role=rail), Variable("rung", lower=0, upper=1, kind="binary"))),
+    }
+
+    def decide(edge: Interaction, states: dict) -> np.ndarray:
+        return 0.1 - np.abs(states["robot"][..., 0] - states["bell"][..., 0])
+
+    def step(states: dict, root: np.ndarray, active: object = None, *, strict: bool = True) -> tuple[dict, dict]:
+        rung = np.maximum(states["bell"][:, 1], decide(PUSH, states | {"robot": root}) >= 0)
+        return {"robot": root, "bell": np.stack([states["bell"][:, 0], rung], axis=1)}, {}
+
+    near = np.array([-0.09, -0.05, 0.0, 0.06])
+    after = {"robot": near[:, None], "bell": np.tile([0.0, 1.0], (4, 1))}
+    before = {"robot": near[:1, None] - 0.05, "bell": np.array([[0.0, 0.0]])}
+    begun = SimpleNamespace(before=before, after={n: v[:1] for n, v in after.items()})
+    learned = SimpleNamespace(
+        examples=SimpleNamespace(active=after, activations=begun), effects=[SimpleNamespace(variable=1)],
+        alignment=None, relative=True,
+    )  # fmt: skip
+    return SimpleNamespace(
+        graph=InteractionGraph(spaces, ["robot->bell"]),
+        edges={PUSH: learned},
+        passive={"bell": SimpleNamespace(variables=[SimpleNamespace(kind="hold")] * 2)},
+        low={"robot": np.full(1, -1.0), "bell": np.zeros(2)},
+        high={"robot": np.ones(1), "bell": np.ones(2)},
+        noise={"robot": np.full(1, 1e-9), "bell": np.full(2, 1e-9)},
+        decide=decide,
+        step=step,
+    )
+
+
+def drive_of(learned: SimpleNamespace) -> DriveOption:
+    (drive,) = find_drives(learned, ())
+    return drive
+
+
+def test_what_is_done_for_good_at_first_touch_is_driven_from_as_it_was_before() -> None:
+    """In all rows in which the two touch the bell has been rung; it is held by the surest of them, not the first."""
+    drive = drive_of(bell())
+    assert (drive.chain, drive.variable, drive.direction, drive.anchor) == ((PUSH,), 1, 1, "bell")
+    assert drive.hold["bell"][1] == 0.0
+    assert drive.hold["robot"][0] == 0.0
+    assert len(drive.others["robot"]) == 4
+
+
+def test_of_several_ways_of_holding_it_the_surest_within_reach_is_taken() -> None:
+    learned = bell()
+    drive, frames = drive_of(learned), Frames(learned)
+    robot = [
+        None if (placed := drive.placed(frames, {"bell": np.array([x, 0.0])})) is None else placed.hold["robot"][0]
+        for x in (0.5, 1.04, 1.2)
+    ]
+    np.testing.assert_allclose(robot[:2], [0.5, 0.99])
+    assert robot[2] is None

@@ -37,6 +37,14 @@ def test_just_a_step_is_one_step() -> None:
     assert not step_towards(SPACE, np.zeros(3), np.array([0.1001, 0.0, 0.0]), LIMIT)[1]
 
 
+def test_what_is_beyond_the_robots_bounds_is_gone_to_as_far_as_they_allow() -> None:
+    """Else it would never be there."""
+    room = StateSpace("robot", (Variable("x", "m", 0.0, 1.0),))
+    at, there = step_towards(room, np.array([0.95]), np.array([1.7]), np.array([0.1]))
+    assert there
+    np.testing.assert_array_equal(at, [1.0])
+
+
 def test_what_jumps() -> None:
     assert jumping(SPACE).tolist() == [False, False, True]
 

@@ -102,6 +102,23 @@ def test_of_two_that_are_alike_none_is_guessed(library: Path) -> None:
     found = load_parts(library, "job", InteractionGraph(objects, edges))
     assert set(found.edges) == {BOX, FILL, Interaction("right", "lamp")}
     assert "hand->valve may be any of hand->left, hand->right" in found.reasons[Interaction("hand", "left")]
+    assert "or lift what was learned on one to all of its type" in found.reasons[Interaction("hand", "left")]
+
+
+def test_what_was_learned_on_one_is_lifted_to_all_of_its_type_where_that_is_said(library: Path) -> None:
+    more = [*GRAPH.interactions, "hand->second", "second->tap"]
+    two = InteractionGraph(GRAPH.objects | {"second": GRAPH.objects["valve"]}, more)
+    found = load_parts(library, "job", two, lift=True)
+    assert not found.reasons
+    hand, tap = Interaction("hand", "second"), Interaction("second", "tap")
+    assert (found.sources[hand], found.sources[VALVE]) == (
+        f"{library / 'graph.job'}: hand->valve",
+        f"{library / 'graph.job'}",
+    )
+    for here, there in ((hand, VALVE), (tap, TAP)):
+        assert [e.variable for e in found.edges[here].effects] == [e.variable for e in found.edges[there].effects]
+        assert not any("valve" in i.label for i in found.edges[here].status.inputs)
+    assert {hand, VALVE} <= set(found.activations)
 
 
 def test_a_status_needs_all_that_it_looks_at(model: InteractionModel, tmp_path: Path) -> None:

@@ -1,0 +1,105 @@
+"""Ways around places at which a robot was stopped, and what tells that it was."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ichain_drake.control.execution.detour import Blocked, Detour, stopped_before
+from ichain_drake.control.execution.switching import Switch
+from ichain_drake.control.execution.tasks import View
+from ichain_drake.errors import UnreachableError
+from ichain_drake.graph import Interaction
+from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import FloatArray, Role, StateSpace, Variable
+
+SPACE = StateSpace(
+    "digger",
+    (
+        *(Variable(a, "m", 0.0, 2.0, role=Role("position", "pit", a)) for a in "xy"),
+        Variable("swing", "rad", kind="angle"),
+        Variable("jaw", "1", 0.0, 1.0, "binary"),
+    ),
+)
+LIMIT = np.array([0.1, 0.1, 0.4, 1.0])
+START, GOAL = np.array([0.5, 1.0, 3.0, 0.0]), np.array([1.5, 1.0, -3.0, 1.0])
+
+
+def wall(low: float, high: float, x: float = 1.0) -> FloatArray:
+    return np.array([[x, y] for y in np.arange(low, high + 1e-9, 0.1)])
+
+
+def path(places: FloatArray, again: int = 0) -> FloatArray:
+    return Detour(SPACE, LIMIT, Blocked(places, again=again)).path(START, GOAL)
+
+
+def test_where_nothing_is_in_the_way_it_is_straight() -> None:
+    rows = path(wall(1.5, 2.0))
+    assert len(rows) == 10
+    np.testing.assert_allclose(rows[:, 1], 1.0)
+    np.testing.assert_array_equal(rows[-1], GOAL)
+
+
+def test_it_leads_around_what_is_known_in_steps_and_turns_the_short_way() -> None:
+    places = wall(0.6, 2.0)
+    rows = path(places)
+    steps = np.diff(np.vstack([START, rows]), axis=0)[:, :2]
+    assert np.abs(steps).max() <= 0.1 + 1e-9
+    assert np.abs(rows[:, None, :2] - places).max(axis=2).min() > 0.05
+    assert rows[:, 1].min() < 0.55
+    assert np.abs(rows[:, 2]).min() > 2.9  # past pi, not past 0
+    assert not rows[:-1, 3].any()
+    np.testing.assert_array_equal(rows[-1], GOAL)
+
+
+def test_a_goal_that_is_blocked_or_walled_off_is_out_of_reach() -> None:
+    with pytest.raises(UnreachableError, match="stopped on the way there"):
+        path(GOAL[None, :2] + 0.02)
+    with pytest.raises(UnreachableError, match="stopped on every way there"):
+        path(wall(0.0, 2.0))
+    with pytest.raises(UnreachableError, match="stopped on the way there"):
+        path(wall(1.5, 2.0), again=LEARNING.few + 1)
+
+
+def test_places_are_those_of_one_load_and_known_ones_are_counted() -> None:
+    step, here = LIMIT[:2], np.array([1.0, 1.0])
+    once = Blocked().met(here, "", step)
+    twice = once.met(here + 0.005, "", step)
+    assert (len(twice.places), twice.again) == (2, 1)
+    assert once.met(here + 0.1, "", step).again == 0
+    loaded = twice.met(here, "rock", step)
+    assert (len(loaded.places), loaded.again, loaded.held) == (1, 0, "rock")
+
+
+def model(noise: float = 0.0) -> SimpleNamespace:
+    graph = SimpleNamespace(root="digger", objects={"digger": SPACE})
+    return SimpleNamespace(graph=graph, step_limit={"digger": LIMIT}, noise={"digger": np.full(4, noise)})
+
+
+@pytest.mark.parametrize(
+    ("moved", "ahead", "noise", "stopped"),
+    [
+        (0.0, 0.2, 0.0, True),
+        (0.05, 0.2, 0.0, False),  # it gets on
+        (0.0, 0.04, 0.0, False),  # it is as good as there
+        (0.01, 0.2, 0.005, True),  # a reading's noise is no motion
+        (0.0, 0.2, 0.06, False),  # nor is it a way to go
+    ],
+)
+def test_a_robot_that_does_not_get_on_though_it_should_was_stopped(
+    moved: float, ahead: float, noise: float, stopped: bool
+) -> None:
+    readings = [{"digger": START + [k * moved / 2, 0, 0, 0]} for k in range(3)]
+    command = readings[-1]["digger"] + [ahead, 0, 0, 1]
+    found = stopped_before(model(noise), readings, command)  # type: ignore[arg-type]
+    assert (found is not None) == stopped
+    if found is not None:
+        np.testing.assert_allclose(found, readings[-1]["digger"][:2] + [0.1, 0.0])
+    assert stopped_before(model(noise), readings[1:], command) is None  # type: ignore[arg-type]
+
+
+def test_a_demonstrated_approach_that_is_stopped_is_given_up_at_once() -> None:
+    task = Switch(Interaction("digger", "rock"), path=[GOAL], far=False)
+    view = View(SimpleNamespace(), SimpleNamespace(), [{"digger": START}], START, stopped=True)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(task._go(view), START)
+    assert task.path == []
