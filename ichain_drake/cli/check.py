@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ichain_drake.cli.options import PATH, options, scenario_named
+from ichain_drake.cli.options import PATH, options, scenario_alone
 from ichain_drake.errors import InputError
 
 
@@ -31,7 +31,7 @@ def check(demos: Path, system: str, resample: bool, report: str | None, page: Pa
     from ichain_drake.scenarios import PathScenario
 
     say = Reporter().note
-    scenario = scenario_named(system, (), "ideal", 0) if system else None
+    scenario = scenario_alone(system) if system else None
     if page is not None and page.suffix != ".html":
         raise InputError(f"--page {page}: a page ends in .html")
     for written in (page, Path(report) if report and report != "-" else None):

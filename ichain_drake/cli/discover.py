@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ichain_drake.cli.options import PATH, options, scenario_named
+from ichain_drake.cli.options import PATH, options, scenario_alone
 from ichain_drake.errors import InputError
 
 _EDGE = "'A->B'"
@@ -52,7 +52,7 @@ def discover(
     guessed: tuple[str, ...] = ()
     with Reporter() as say:
         if system is not None:
-            graph = scenario_named(system, (), "ideal", 0).graph
+            graph = scenario_alone(system).graph
             spaces, root = {n: s.observable for n, s in graph.objects.items()}, robot or graph.root
         elif objects is not None:
             spaces, named = read_spaces(objects)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ichain_drake.cli.options import PATH, options, scenario_named
+from ichain_drake.cli.options import PATH, options, scenario_alone
 from ichain_drake.errors import InputError
 
 
@@ -36,7 +36,7 @@ def import_command(form: str, source: Path, map_file: Path, output: Path, system
         raise InputError(f"{map_file}: the map is no UTF-8") from None
     pieces = import_logs(form, source, parse_map(read_yaml(text, str(map_file)), str(map_file)))
     if system or resample:
-        graph = scenario_named(system, (), "ideal", 0).graph if system else inferred_graph(pieces)
+        graph = scenario_alone(system).graph if system else inferred_graph(pieces)
         pieces = prepare(pieces, graph, resampled=resample, say=say)
         for piece in pieces if system else ():
             piece.check(graph)

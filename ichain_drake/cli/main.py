@@ -20,7 +20,7 @@ from ichain_drake.cli.check import check
 from ichain_drake.cli.discover import discover
 from ichain_drake.cli.library_commands import library
 from ichain_drake.cli.logs import export_command, import_command
-from ichain_drake.cli.options import PATH, options, scenario_named
+from ichain_drake.cli.options import PATH, options, scenario_alone, scenario_named
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError, WorkerLostError
@@ -253,12 +253,13 @@ def benchmarks(profile: str | None, physics: str, seed: int, report: str | None,
 @options("scenario")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help=".svg, .png, .pdf or .dot; text if not given")
 @click.option("--diagram", is_flag=True, help="draw the Drake Diagram instead")
-@click.option("--physics", default="ideal", show_default=True, help="of the Diagram")
+@click.option("--physics", default="", help="of the Diagram; the plainest that it has if not given")
 def graph(scenario: str, output: Path | None, diagram: bool, physics: str) -> None:
     """Draw the interaction graph, or the Diagram that mirrors it."""
     from ichain_drake.cli.run import draw_graph
 
-    print(draw_graph(scenario_named(scenario, (), physics, 0), output, diagram=diagram))
+    loaded = scenario_named(scenario, (), physics, 0) if physics else scenario_alone(scenario)
+    print(draw_graph(loaded, output, diagram=diagram))
 
 
 @app.command()

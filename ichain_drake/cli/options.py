@@ -93,3 +93,15 @@ def scenario_named(name: str, settings: Sequence[str], physics: str, seed: int) 
     from ichain_drake.systems import load_scenario
 
     return load_scenario(name, settings, physics, seed)  # type: ignore[arg-type]
+
+
+def scenario_alone(name: str, settings: Sequence[str] = ()) -> Any:
+    """The scenario of that name where its physics is no matter: in the plainest that it has.
+
+    Raises:
+        InputError: as `scenario_named`.
+    """
+    from ichain_drake.systems import scenario_class
+
+    kind = scenario_class(name)
+    return kind(settings, kind.physics_kinds[0], 0)

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ichain_drake.cli.options import PATH, options, scenario_named
+from ichain_drake.cli.options import PATH, options, scenario_alone, scenario_named
 from ichain_drake.errors import InputError
 
 
@@ -82,7 +82,7 @@ def learn(
     from ichain_drake.runs.goals.unlabelled import Taught
 
     taught = Taught(unlabelled, no_graph, graph_file)
-    learn_library(scenario_named(scenario, settings, "ideal", 0), demos, output, resampled=resample, taught=taught)
+    learn_library(scenario_alone(scenario, settings), demos, output, resampled=resample, taught=taught)
 
 
 @click.command()

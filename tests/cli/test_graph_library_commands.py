@@ -206,6 +206,12 @@ def test_each_interaction_that_fits_is_taken_and_the_rest_learned(ichain, librar
     assert "learning from 9 pieces" in planned.err
 
 
+def test_nothing_is_lifted_out_of_no_library(ichain, tmp_path):
+    done = ichain("run", "lamp", "--lift", "-o", tmp_path / "run")
+    assert done.status == 2
+    assert "--lift is for --library" in done.err
+
+
 def test_what_the_demonstrations_contradict_is_learned_anew(ichain, library, tmp_path, monkeypatch):
     class Backward(sys.modules["lamp"].Lamp):  # type: ignore[misc, name-defined]
         def decide_active(self, state, parents, active, touch):

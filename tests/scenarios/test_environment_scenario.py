@@ -45,6 +45,16 @@ def test_the_command_runs_it_by_its_file_in_its_own_physics(tmp_path: Path) -> N
     assert (tmp_path / "run" / "playback.html").stat().st_size > 1000
 
 
+def test_what_needs_no_physics_works_without_naming_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = f"{Path(push_environment.__file__)}:CrateScenario"
+    demos, library = tmp_path / "demos", tmp_path / "library"
+    assert main(["graph", name]) == 0
+    assert "claw" in capsys.readouterr().out
+    assert main(["teach", name, "-o", str(demos)]) == 0
+    assert main(["learn", name, "--demos", str(demos), "-o", str(library)]) == 0
+    assert [f.name for f in library.iterdir()] == ["graph.crate"]
+
+
 def test_another_physics_is_refused_and_an_environment_is_none_of_ours() -> None:
     with pytest.raises(ic.InputError, match="physics 'ideal': choose environment"):
         CrateScenario(physics="ideal")

@@ -19,7 +19,7 @@ there = pytest.mark.skipif(find_spec("kinder") is None, reason="KinDER is missin
 @pytest.mark.skipif(find_spec("kinder") is not None, reason="KinDER is installed")
 def test_without_the_benchmark_it_says_what_to_install(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", B1]) == 2
-    assert "this needs KinDER (kinder is missing); install it without" in capsys.readouterr().err
+    assert "this needs KinDER (kinder is missing): pip install 'ichain_drake[kinder]'" in capsys.readouterr().err
 
 
 def test_commands_are_steps_that_the_base_can_take_and_stay_where_it_can_be() -> None:

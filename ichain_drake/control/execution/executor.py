@@ -151,7 +151,7 @@ class Executor:
             memory.carried = carried.watched(False if strays(*seen) else goes_along(*seen))
 
     def _stopped(self, memory: Memory) -> bool:
-        """Whether the robot does not get on although it should: then it goes on from where it is, around that place.
+        """Whether the robot is stopped on its way: then it goes on from where it is, around that place.
 
         Where its ways are laid out by whoever knows what stands there, nothing stops it but what it is to push.
         """

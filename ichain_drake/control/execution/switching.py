@@ -49,8 +49,8 @@ class Switch(Task):
 
     @property
     def travels(self) -> bool:  # type: ignore[override]
-        """See `Task`: it is, until it does as was demonstrated; that too may be stopped where nothing should be."""
-        return bool(self.path) and not self.retreating
+        """See `Task`: it is, until it does as was demonstrated, which may be to push."""
+        return self.far and bool(self.path)
 
     def act(self, view: View) -> Answer:  # noqa: PLR0911 - one return a phase
         """See `Task`."""
@@ -136,9 +136,6 @@ class Switch(Task):
 
     def _go(self, view: View) -> FloatArray:
         assert self.path
-        if view.stopped and not self.far:  # what was demonstrated can't be done here: another event may be
-            self.path = []
-            return view.command.copy()
         try:  # what was demonstrated is gone as it was
             command, there = view.travel(self.course, self.path[0]) if self.far else view.towards(self.path[0])
         except UnreachableError:

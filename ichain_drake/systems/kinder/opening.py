@@ -14,8 +14,8 @@ from ichain_drake.objects.gymnasium.extra import require_gymnasium
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 HINT = (
-    "install it without its heavy backends: pip install --no-deps kindergarden relational_structs prpl_utils "
-    "tomsgeoms2d graphviz tabulate multimethod pyperplan, beside 'ichain_drake[games]'"
+    "pip install 'ichain_drake[kinder]', and then the benchmark without its heavy backends: "
+    "pip install --no-deps kindergarden"
 )
 RADIUS = 0.1
 """Of the robot's round base [m]."""
@@ -36,7 +36,7 @@ def require_kinder(part: str = "") -> ModuleType:
     try:
         return importlib.import_module(f"kinder.{part}" if part else "kinder")
     except ImportError as error:
-        raise InputError(f"this needs KinDER ({error.name or error} is missing); {HINT}") from None
+        raise InputError(f"this needs KinDER ({error.name or error} is missing): {HINT}") from None
 
 
 def open_kinder(name: str) -> Any:

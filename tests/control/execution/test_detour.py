@@ -7,7 +7,6 @@ import pytest
 
 from ichain_drake.control.execution.detour import Blocked, Detour, stopped_before
 from ichain_drake.control.execution.switching import Switch
-from ichain_drake.control.execution.tasks import View
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.settings import LEARNING
@@ -98,8 +97,8 @@ def test_a_robot_that_does_not_get_on_though_it_should_was_stopped(
     assert stopped_before(model(noise), readings[1:], command) is None  # type: ignore[arg-type]
 
 
-def test_a_demonstrated_approach_that_is_stopped_is_given_up_at_once() -> None:
-    task = Switch(Interaction("digger", "rock"), path=[GOAL], far=False)
-    view = View(SimpleNamespace(), SimpleNamespace(), [{"digger": START}], START, stopped=True)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(task._go(view), START)
-    assert task.path == []
+@pytest.mark.parametrize(("far", "path", "travels"), [(True, [GOAL], True), (False, [GOAL], False), (True, [], False)])
+def test_a_robot_on_its_way_should_not_be_stopped_but_one_that_does_as_was_shown_may_push(
+    far: bool, path: list[FloatArray], travels: bool
+) -> None:
+    assert Switch(Interaction("digger", "rock"), path=path, far=far).travels == travels
