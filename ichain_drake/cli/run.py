@@ -120,17 +120,14 @@ def check_filled(library: Path) -> None:
 
 
 def known_of(scenario: Scenario, library: Path | None, *, lift: bool = False) -> Known | None:
-    """What a library knows of a scenario's graph.
-
-    Args:
-        scenario, library, lift: as the command has them.
+    """What a library knows of a scenario's graph; arguments as the command has them.
 
     Raises:
         InputError: if it is none, empty or damaged; if something is to be lifted out of no library.
     """
+    if lift and library is None:
+        raise InputError("--lift is for --library: it lifts what that knows of one object to all of its type")
     if library is None:
-        if lift:
-            raise InputError("--lift is for --library: it lifts what that knows of one object to all of its type")
         return None
     check_filled(library)
     return load(library, scenario, lift=lift)
@@ -194,6 +191,19 @@ def asked_for(
     if path and paths:
         raise InputError("--path and --paths: give one of the two")
     return start_run(scenario, choose_paths(scenario, paths, path), smooth=smooth)
+
+
+def robot_asked_for(run: PathRun | GraphRun, address: str, *, oracle: bool) -> str:
+    """The address of the robot that a run drives; empty for a world of its own.
+
+    Raises:
+        InputError: on what a robot elsewhere can't do.
+    """
+    if address and isinstance(run, PathRun) and len(run.paths) > 1:
+        raise InputError("--robot: it can't be put back to a start; give one path with --paths NAME or --path FILE")
+    if address and oracle:
+        raise InputError("--robot: the oracle needs the true model of a world in this process; leave --oracle out")
+    return address
 
 
 def run_scenario(

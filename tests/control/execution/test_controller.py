@@ -42,6 +42,9 @@ def test_it_decides_on_each_tenth_frame_and_shows_what_it_does() -> None:
         after = [system.GetOutputPort(p).Eval(context)[0] for p in ("mode", "edge", "skill", "plan_step")]
         if frame % FRAMES_PER_TICK:
             assert before == after
+        else:  # the hand is where it was told to be
+            command = system.GetOutputPort("hand_command").Eval(context)
+            system.GetInputPort("hand").FixValue(context, command)
         seen.append(after)
     assert system.memory(context).tick == 13
     assert seen[0] == [Mode.LOOK, -1, 0, -1]
