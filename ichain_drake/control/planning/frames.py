@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from ichain_drake.control.planning.model import Batch
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.effects.alignment import apart, frame_turns, heading_of
 from ichain_drake.learning.model import InteractionModel
@@ -116,16 +115,35 @@ class Frames:
         if not np.isfinite(ends).all():
             return None
         places = np.array(list(product(*ends))) @ two.turn.T + two.shift
+        sway = np.abs(two.sway).sum(axis=1)  # however the robot turns
         low, high = np.full((2, len(self._spaces[obj])), np.nan)
-        low[list(two.child.indices)], high[list(two.child.indices)] = places.min(axis=0), places.max(axis=0)
+        low[list(two.child.indices)], high[list(two.child.indices)] = (
+            places.min(axis=0) - sway,
+            places.max(axis=0) + sway,
+        )
         return low, high
 
-    def in_reach(self, states: Batch) -> BoolArray:
-        """Whether the robot can be where it is in some states of shape (..., n_variables) each, shape (...)."""
-        space = self._spaces[self._root]
+    def in_reach(self, obj: str, states: FloatArray) -> BoolArray:
+        """Whether the robot can be there, or bring an object there, give or take a grasp.
+
+        Args:
+            obj: the robot, or an object.
+            states: shape (..., n_obj).
+
+        Returns:
+            shape (...); true where it is not known how the object goes with the robot.
+        """
+        space = self._spaces[obj]
+        low, high = space.lower, space.upper
+        if obj != self._root:
+            ends = self.reach(obj)
+            if ends is None:
+                return np.ones(states.shape[:-1], dtype=bool)
+            room = LEARNING.near * (self._model.high[obj] - self._model.low[obj])
+            low, high = ends[0] - room, ends[1] + room
         places = space.role_indices("position")
-        place = states[self._root][..., places]
-        return np.asarray(((place >= space.lower[places]) & (place <= space.upper[places])).all(axis=-1))
+        outside = (states[..., places] < low[places]) | (states[..., places] > high[places])  # never, where it is NaN
+        return np.asarray(~outside.any(axis=-1))
 
     def is_shown(self, obj: str, states: FloatArray) -> BoolArray:
         """Whether an object was ever about there: of what it may hit elsewhere nothing is known.

@@ -80,7 +80,8 @@ class DriveOption:
             for sample in (self.hold, self.before, self.others)
         )
         every = {n: np.concatenate([hold[n][None], v]) for n, v in others.items()}
-        usable = frames.in_reach(every)
+        moved = first or self.chain[0].parent
+        usable = frames.in_reach(moved, every[moved])
         if first is not None and (usable & frames.is_shown(first, every[first])).any():
             usable &= frames.is_shown(first, every[first])
         if not usable.any():

@@ -62,8 +62,7 @@ def carry_targets(
     out, missing = [], [e.missing(model, frames, nodes) for e in enabling]
     for k, (node, places) in enumerate(zip(nodes, known, strict=True)):
         here = node[obj][carry.follow]
-        found = [] if wanted is None else [wanted]
-        found.append(start[obj][carry.follow])
+        asked, found = [] if wanted is None else [wanted], []
         for margin in margins[:, k]:
             if margin.max(initial=-1.0) >= 0:
                 likely = np.where(shown[k] | ~(shown[k] & (margin >= 0)).any(), margin, -np.inf)
@@ -75,7 +74,11 @@ def carry_targets(
             away = np.abs((places[free] - here) / width).sum(axis=1)
             found.append(places[free[int(np.argmin(away))]])
         found += [e.place_in(frames, node) for e, needed in zip(enabling, missing, strict=True) if needed[k]]
-        out.append(_distinct(found, here, width))
+        if found:
+            there = np.repeat(node[obj][None], len(found), axis=0)
+            there[:, carry.follow] = found
+            found = [place for place, ok in zip(found, frames.in_reach(obj, there), strict=True) if ok]
+        out.append(_distinct([*asked, start[obj][carry.follow], *found], here, width))
     return out
 
 

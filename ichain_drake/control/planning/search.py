@@ -213,6 +213,7 @@ class Search:
         free = [n for n in layer if n.held is None]
         placed = [(n, d.placed(self.frames, n.states)) for n in free for d in self.options.drives]
         rows = [(n, d) for n, d in placed if d is not None]
+        self.dropped |= len(rows) < len(placed)  # between what was shown there may be one that is within reach
         results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.options.borders)
         self.rollouts += len(rows)
         out = []

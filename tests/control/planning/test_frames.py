@@ -77,8 +77,11 @@ def test_a_place_is_in_reach_within_bounds_and_shown_within_what_was_shown():
     learned = model()
     learned.low, learned.high = {"jug": np.array([0.0, 0.0, 0.1])}, {"jug": np.array([1.0, 2.0, 0.2])}
     frames = Frames(learned)
-    states = {"robot": np.array([[0.0, 0.0], [1.0, -1.0], [1.01, 0.0]])}
-    np.testing.assert_array_equal(frames.in_reach(states), [True, True, False])
+    robots = np.array([[0.0, 0.0], [1.0, -1.0], [1.01, 0.0]])
+    np.testing.assert_array_equal(frames.in_reach("robot", robots), [True, True, False])
+    jugs = np.array([[-0.9, 1.0, 9.0], [1.14, 1.09, 0.0], [1.16, 0.0, 0.0], [0.0, 1.11, 0.0]])
+    np.testing.assert_array_equal(frames.in_reach("jug", jugs), [True, True, False, False])
+    assert frames.in_reach("lamp", np.ones((2, 1))).all()
     jugs = np.array([[0.5, 0.5, 9.0], [1.01, 0.0, 0.1], [1.02, 0.0, 0.1], [0.5, -0.1, 0.1]])
     np.testing.assert_array_equal(frames.is_shown("jug", jugs), [True, True, False, False])
 
