@@ -211,6 +211,9 @@ def _drives_of(
             if best < least[v]:
                 continue
             nearly = np.flatnonzero(total >= PLANNING.nearly * best)
+            if carry is not None:
+                shown = _shown(model, carry, poses[carry.edge.child][nearly][:, carry.follow])
+                nearly = nearly[shown] if shown.any() else nearly
             hold = int(nearly[np.argmax(sure[nearly])])
             before = hold
             if carry is not None:
@@ -278,13 +281,42 @@ def _unseen(model: InteractionModel, carry: CarryOption, poses: FloatArray, widt
 
     Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.
     """
-    obj = carry.edge.child
-    variables = model.graph.objects[obj].observable.variables
+    before = _unturned(model, carry, poses)
+    if before is None:
+        return np.zeros(len(poses))
+    return _several((np.abs(_off(model, carry, before)) / width).sum(axis=2))
+
+
+def _shown(model: InteractionModel, carry: CarryOption, poses: FloatArray) -> BoolArray:
+    """Whether poses, not turned yet, were demonstrated, by all that readings tell, shape (n,).
+
+    What is carried is turned where it was brought to. Where it was only ever turned, something may be below.
+    """
+    before = _unturned(model, carry, poses)
+    if before is None:
+        return np.ones(len(poses), dtype=bool)
+    noise = np.sqrt(2.0) * np.maximum(model.noise[carry.edge.child][carry.follow], 1e-12)
+    away = np.abs(_off(model, carry, before) / noise).max(axis=2)
+    return np.asarray(_several(away) <= LEARNING.surely)
+
+
+def _unturned(model: InteractionModel, carry: CarryOption, poses: FloatArray) -> FloatArray | None:
+    """Poses turned as the object was let go, shape (n, n_follow); None where it has no place, or nothing turns."""
+    variables = model.graph.objects[carry.edge.child].observable.variables
     turned = [k for k, i in enumerate(carry.follow) if (r := variables[i].role) is None or r.kind != "position"]
     if len(turned) in (0, len(carry.follow)):
-        return np.zeros(len(poses))
+        return None
     before = poses.copy()
     before[:, turned] = np.median(carry.places[:, turned], axis=0)
-    seen = model.edges[carry.edge].examples.active[obj][:, carry.follow]
-    away = (np.abs(before[:, None, :] - seen[None]) / width).sum(axis=2)
-    return np.sort(away, axis=1)[:, min(LEARNING.few, len(seen)) - 1]
+    return before
+
+
+def _off(model: InteractionModel, carry: CarryOption, poses: FloatArray) -> FloatArray:
+    """Differences from poses in which the object was carried, shape (n, n_shown, n_follow)."""
+    seen = model.edges[carry.edge].examples.active[carry.edge.child][:, carry.follow]
+    return np.asarray(poses[:, None, :] - seen[None])
+
+
+def _several(away: FloatArray) -> FloatArray:
+    """Of distances, shape (n, n_shown), within which several demonstrated poses lie, shape (n,)."""
+    return np.sort(away, axis=1)[:, min(LEARNING.few, away.shape[1]) - 1]

@@ -102,7 +102,7 @@ def _outcomes(run: Run, conditions: Sequence[Condition], borders: Sequence[Borde
     run.drive()
     stops = find_stops(run, conditions, borders)
     ends = _states_at(run, stops)
-    settled, _ = settle(run.model, run.undo(ends, [s.row for s in stops]), run.parked)
+    settled, _ = settle(run.model, run.undo(ends, stops), run.parked)
     out: list[list[Outcome]] = [[] for _ in run.rows]
     likely = _likely(run)
     for k, s in enumerate(stops):
