@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -159,11 +160,11 @@ class PredictiveLevel:
         """One flag, the parent's planned states, the states of both one tick before, and the model's errors."""
         return 1 + self.weights.horizon * len(self.lower) + self._error_memory
 
-    @property
+    @cached_property
     def _offset(self) -> OffsetEstimate:
         return OffsetEstimate(len(self.child_space), self.weights.offset)
 
-    @property
+    @cached_property
     def _error_memory(self) -> int:
         size = self._offset.memory_size
         return size + len(self.child_space) + len(self.lower) if size else 0
@@ -219,10 +220,9 @@ class PredictiveLevel:
 
     def _error_metric(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
         """Weight matrices of the scaled error in each tick, (n, k, t, t): full across the motion, less along it."""
-        space = self.child_space.subspace([self.child_space.names[i] for i in self.targets])
         start = child[:, None, list(self.targets)]
         path = np.concatenate([start, wanted], axis=1)
-        motion = space.difference(path[:, 1:], path[:, :-1])
+        motion = self._target_space.difference(path[:, 1:], path[:, :-1])
         motion[:, 0] = motion[:, min(1, motion.shape[1] - 1)]  # from the reference, not from where the child is
         motion = motion / self.target_scale
         length = np.linalg.norm(motion, axis=-1, keepdims=True)
@@ -242,8 +242,7 @@ class PredictiveLevel:
         with_jacobian: bool,
     ) -> tuple[FloatArray, FloatArray | None]:
         n, horizon, m = plan.shape
-        targets = list(self.targets)
-        space = self.child_space.subspace([self.child_space.names[i] for i in targets])
+        targets, space = list(self.targets), self._target_space
         state, previous = child, parent
         sensitivity = np.zeros((n, child.shape[1], horizon * m))
         errors, slopes = [], []
@@ -267,9 +266,26 @@ class PredictiveLevel:
         residual = np.concatenate([*errors, moves.reshape(n, -1)], axis=1)
         if not with_jacobian:
             return residual, None
-        difference = np.kron(np.eye(horizon) - np.eye(horizon, k=-1), np.diag(effort))
-        by_moves = np.broadcast_to(difference, (n, *difference.shape))
+        by_moves = np.broadcast_to(self._moves_by_plan, (n, horizon * m, horizon * m))
         return residual, np.concatenate([*slopes, by_moves], axis=1)
+
+    @cached_property
+    def _target_space(self) -> StateSpace:
+        return self.child_space.subspace([self.child_space.names[i] for i in self.targets])
+
+    @cached_property
+    def _moves_by_plan(self) -> FloatArray:
+        """Derivative of the weighed changes of the parent's states by the states, (horizon n_parent,) twice."""
+        horizon, effort = self.weights.horizon, self.weights.effort / self.parent_scale
+        return np.kron(np.eye(horizon) - np.eye(horizon, k=-1), np.diag(effort))
+
+    @cached_property
+    def _of_plan(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Lower and upper bound of every planned state, how far a step may go, and its damping."""
+        horizon = self.weights.horizon
+        lower, upper = np.tile(self.lower, horizon), np.tile(self.upper, horizon)
+        damping = 1e-6 * np.eye(len(lower)) / np.tile(self.parent_scale, horizon) ** 2
+        return lower, upper, 0.35 * (upper - lower), damping
 
     def _within_reach(self, parent: FloatArray, plan: FloatArray) -> FloatArray:
         """The plan with every step as far as `parent_step` lets it be, shape (n, horizon, n_parent)."""
@@ -282,18 +298,15 @@ class PredictiveLevel:
         return np.stack(steps, axis=1)
 
     def _improve(self, plan: FloatArray, residual: FloatArray, jacobian: FloatArray, trust: FloatArray) -> FloatArray:
-        n, horizon, m = plan.shape
-        lower, upper = np.tile(self.lower, horizon), np.tile(self.upper, horizon)
-        flat = plan.reshape(n, -1)
+        lower, upper, reach, damping = self._of_plan
+        flat = plan.reshape(len(plan), -1)
         transposed = np.swapaxes(jacobian, 1, 2)
-        damping = 1e-6 * np.eye(horizon * m) / np.tile(self.parent_scale, horizon) ** 2
         gradient = (transposed @ residual[..., None])[..., 0]
         # Projected Newton (Bertsekas 1982): what is at a bound and pushed against it stays, the rest is solved for.
         free = ~(((flat <= lower) & (gradient > 0)) | ((flat >= upper) & (gradient < 0)))
         hessian = transposed @ jacobian + damping
-        hessian = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(horizon * m) * hessian)
+        hessian = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(len(lower)) * hessian)
         step = -np.linalg.solve(hessian, np.where(free, gradient, 0.0)[..., None])[..., 0]
-        reach = 0.35 * (upper - lower)
         return np.clip(flat + trust[:, None] * np.clip(step, -reach, reach), lower, upper).reshape(plan.shape)
 
 

@@ -114,17 +114,17 @@ class ForwardModel(_LinkModel):
         after = self.code.decode(child, code)
         by_state, by_code = self.code.jacobians(child, code)
         n_child, n_parent = len(self._child_features), len(self._parent_features)
-        by_child = by_state + by_code @ by_input[..., :n_child] @ self._child_features.jacobian(child)
-        zero = np.zeros((*child.shape[:-1], child.shape[-1], parent.shape[-1]))
-        by_parent, by_next = zero, zero
+        by_child = by_state + self._child_features.by_state(by_code @ by_input[..., :n_child], child)
+        none = np.zeros((*child.shape[:-1], child.shape[-1], parent.shape[-1]))
+        by_parent, by_next = none, none
         start = n_child
         if self.action in ("current", "both"):
             block = by_input[..., start : start + n_parent]
-            by_parent = by_code @ block @ self._parent_features.jacobian(parent)
+            by_parent = self._parent_features.by_state(by_code @ block, parent)
             start += n_parent
         if self.action in ("next", "both"):
             block = by_input[..., start : start + n_parent]
-            by_next = by_code @ block @ self._parent_features.jacobian(parent_next)
+            by_next = self._parent_features.by_state(by_code @ block, parent_next)
         return after, by_child, by_parent, by_next
 
 

@@ -87,24 +87,32 @@ class KernelSum(FrozenModel):
         return np.exp(phi, out=phi)
 
     def _batch(self, z: FloatArray) -> FloatArray:
-        result = np.empty((len(z), self.n_out))
-        for start in range(0, len(z), _ROWS):
-            phi = self.features(z[start : start + _ROWS])
-            shared = self._blocks == 1
-            part = phi[0] @ self.weights.T if shared else np.matmul(phi, self.weights[:, :, None])[:, :, 0].T
-            result[start : start + _ROWS] = part + self.offset
-        return result
+        if len(z) <= _ROWS:
+            return self._some(z)
+        return np.concatenate([self._some(z[k : k + _ROWS]) for k in range(0, len(z), _ROWS)])
+
+    def _some(self, z: FloatArray) -> FloatArray:
+        """`_batch` of so few rows that the memory is no question."""
+        phi = self.features(z)
+        shared = self._blocks == 1
+        value = phi[0] @ self.weights.T if shared else np.matmul(phi, self.weights[:, :, None])[:, :, 0].T
+        return np.add(value, self.offset, out=np.empty((len(z), self.n_out)))
 
     def _batch_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        values, jacobians = np.empty((len(z), self.n_out)), np.empty((len(z), self.n_out, self.n_in))
-        for start in range(0, len(z), _ROWS):
-            part = slice(start, start + _ROWS)
-            phi = self.features(z[part]) * self.weights[:, None, :]  # (n_out, n, n_centres)
-            slopes = np.matmul(phi, self._slopes).transpose(1, 0, 2)
-            values[part] = phi.sum(axis=2).T + self.offset
-            centred = (z[part] - self._middle)[:, None, :]
-            jacobians[part] = slopes[..., : self.n_in] + slopes[..., self.n_in :] * centred
-        return values, jacobians
+        if len(z) <= _ROWS:
+            return self._some_with_jacobian(z)
+        parts = [self._some_with_jacobian(z[k : k + _ROWS]) for k in range(0, len(z), _ROWS)]
+        return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+
+    def _some_with_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        phi = self.features(z)
+        phi = phi * self.weights[:, None, :]  # (n_out, n, n_centres)
+        slopes = np.matmul(phi, self._slopes).transpose(1, 0, 2)
+        centred = (z - self._middle)[:, None, :]
+        value, jacobian = np.empty((len(z), self.n_out)), np.empty((len(z), self.n_out, self.n_in))
+        np.multiply(slopes[..., self.n_in :], centred, out=jacobian)
+        np.add(slopes[..., : self.n_in], jacobian, out=jacobian)
+        return np.add(phi.sum(axis=2).T, self.offset, out=value), jacobian
 
     def rescaled(self, scale: FloatArray, offset: FloatArray) -> KernelSum:
         """The model with outputs `y * scale + offset`."""
