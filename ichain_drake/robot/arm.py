@@ -79,13 +79,10 @@ class ArmRobot(Diagram):
         )
         step = self.plant.time_step()
         closed = bool(home[GRIP] > 0.5)
-        size = self.motion.GetOutputPort("plan").size()
-        ik = InverseKinematics(
-            self.kinematics, joints, spec.ik_rate, step, grip, spec.gripper_speed, size, closed=closed
-        )
+        ik = InverseKinematics(self.kinematics, joints, spec.ik_rate, step, grip, spec.gripper_speed, closed=closed)
         self.ik = add("inverse_kinematics", ik)
         n, fingers = self.kinematics.size, len(self._robot.fingers)
-        self.playout = add("playout", Playout(n, fingers, ik.steps, step, n + 2, np.r_[joints, grip[int(closed)]]))
+        self.playout = add("playout", Playout(n, fingers, ik.steps, step, np.r_[joints, grip[int(closed)]]))
         sensor = add("hand_sensor", HandSensor(spec.hand, self.kinematics))
         self.measurement = add("measurement", HandMeasurement(spec.hand, seed, object_id))
         positions = add("positions", Demultiplexer([self.plant.num_positions(), self.plant.num_velocities()]))

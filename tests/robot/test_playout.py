@@ -14,13 +14,13 @@ from ichain_drake.timing import FRAME
 def test_rows_are_played_from_the_first_step_on_and_the_last_one_stays(steps: int) -> None:
     step = 0.25
     start = np.array([1.0, 2.0, 0.5])
-    playout = Playout(2, 1, steps, step, unused=2, row=start)
+    playout = Playout(2, 1, steps, step, start)
     context = playout.CreateDefaultContext()
     rows = start + np.arange(1, steps + 2)[:, None] * np.array([0.1, -0.2, 0.01])
-    quiet, port = np.zeros(rows.size + 2), playout.get_input_port()
+    quiet, port = np.zeros(rows.size), playout.get_input_port()
     last = start
     for k in range(steps + 2):
-        port.FixValue(context, np.concatenate([(rows - start).ravel(), [7.0, 8.0]]) if k == 0 else quiet)
+        port.FixValue(context, (rows - start).ravel() if k == 0 else quiet)
         expected = rows[min(k, steps)]
         output = playout.get_output_port().Eval(context)
         velocity = (expected - last)[:2] / step

@@ -198,11 +198,11 @@ class PredictiveLevel:
             best_cost = np.where(better, cost, best_cost)
             if final or jacobian is None:
                 break
-            if at_last is not None:  # a step that did harm is tried again, shorter, from where it began
+            if at_last is not None and harmed.any():  # a step that did harm is tried again, shorter, from its start
                 plan = np.where(harmed[:, None, None], at_last[0], plan)
                 residual = np.where(harmed[:, None], at_last[1], residual)
                 jacobian = np.where(harmed[:, None, None], at_last[2], jacobian)
-                trust = np.where(harmed, _SHORTER * trust, 1.0)
+            trust = np.where(harmed, _SHORTER * trust, 1.0)
             at_last = plan, residual, jacobian
             plan = self._within_reach(parent, self._improve(plan, residual, jacobian, trust))
         now = [child, parent, errors] if self._error_memory else []
@@ -242,32 +242,40 @@ class PredictiveLevel:
         with_jacobian: bool,
     ) -> tuple[FloatArray, FloatArray | None]:
         n, horizon, m = plan.shape
-        targets, space = list(self.targets), self._target_space
-        state, previous = child, parent
-        sensitivity = np.zeros((n, child.shape[1], horizon * m))
-        errors, slopes = [], []
-        for k in range(horizon):
-            if with_jacobian:
-                after, by_child, by_parent, by_next = self.model.linearize(state, previous, plan[:, k])
-                sensitivity = by_child @ sensitivity
-                sensitivity[..., k * m : (k + 1) * m] += by_next
-                if k:
-                    sensitivity[..., (k - 1) * m : k * m] += by_parent
-                slope = sensitivity[:, targets] / self.target_scale[:, None]
-                slopes.append(metric[:, k] @ slope)
-            else:
-                after = self.model.predict(state, previous, plan[:, k])
-            after = after + offsets[:, k]
-            error = space.difference(after[:, targets], wanted[:, k]) / self.target_scale
-            errors.append(np.einsum("nij,nj->ni", metric[:, k], error))
-            state, previous = after, plan[:, k]
+        after, sensitivity = self._rollout(child, parent, plan, offsets, with_jacobian=with_jacobian)
+        targets = list(self.targets)
+        error = self._target_space.difference(after[..., targets], wanted) / self.target_scale
+        errors = np.einsum("nkij,nkj->nki", metric, error)
         effort = self.weights.effort / self.parent_scale
         moves = np.diff(np.concatenate([parent[:, None], plan], axis=1), axis=1) * effort
-        residual = np.concatenate([*errors, moves.reshape(n, -1)], axis=1)
-        if not with_jacobian:
+        residual = np.concatenate([errors.reshape(n, -1), moves.reshape(n, -1)], axis=1)
+        if sensitivity is None:
             return residual, None
+        slopes = metric @ (sensitivity[:, :, targets] / self.target_scale[:, None])
         by_moves = np.broadcast_to(self._moves_by_plan, (n, horizon * m, horizon * m))
-        return residual, np.concatenate([*slopes, by_moves], axis=1)
+        return residual, np.concatenate([slopes.reshape(n, -1, horizon * m), by_moves], axis=1)
+
+    def _rollout(
+        self, child: FloatArray, parent: FloatArray, plan: FloatArray, offsets: FloatArray, *, with_jacobian: bool
+    ) -> tuple[FloatArray, FloatArray | None]:
+        """The child's states under a plan, shape (n, k, n_child), and their derivatives by the planned states."""
+        n, horizon, m = plan.shape
+        states = np.empty((n, horizon, child.shape[1]))
+        sensitivity = np.zeros((n, horizon, child.shape[1], horizon * m)) if with_jacobian else None
+        state, previous = child, parent
+        for k in range(horizon):
+            now = plan[:, k]
+            if sensitivity is None:
+                after = self.model.predict(state, previous, now)
+            else:
+                after, by_child, by_parent, by_next = self.model.linearize(state, previous, now)
+                if k:
+                    np.matmul(by_child, sensitivity[:, k - 1], out=sensitivity[:, k])
+                    sensitivity[:, k, :, (k - 1) * m : k * m] += by_parent
+                sensitivity[:, k, :, k * m : (k + 1) * m] += by_next
+            state, previous = after + offsets[:, k], now
+            states[:, k] = state
+        return states, sensitivity
 
     @cached_property
     def _target_space(self) -> StateSpace:
@@ -293,7 +301,7 @@ class PredictiveLevel:
             return plan
         steps, at = [], parent
         for k in range(plan.shape[1]):
-            at = np.clip(plan[:, k], at - self.parent_step, at + self.parent_step)
+            at = np.minimum(np.maximum(plan[:, k], at - self.parent_step), at + self.parent_step)
             steps.append(at)
         return np.stack(steps, axis=1)
 
