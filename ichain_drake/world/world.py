@@ -46,11 +46,10 @@ class World(Diagram):
                 )
 
         builder = DiagramBuilder()
+        builder.AddNamedSystem(graph.root, robot)
         for name in graph.objects:
             if name != graph.root:
                 builder.AddNamedSystem(name, self.objects[name])
-        # The robot last: Drake runs the events of an instant in this order, and what runs in Python runs faster in one go.
-        builder.AddNamedSystem(graph.root, robot)
         for edge in graph.interactions:
             builder.Connect(
                 self.system(edge.parent).GetOutputPort("state"), self.objects[edge.child].GetInputPort(edge.parent)
