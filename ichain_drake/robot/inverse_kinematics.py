@@ -89,8 +89,8 @@ class InverseKinematics(LeafSystem):
         self._setpoint = self.DeclareVectorInputPort("setpoint", _N)
         self._next = self.DeclareVectorInputPort("plan", PLAN_SIZE)
         tickets = {self.xd_ticket(), self._setpoint.ticket(), self._next.ticket()}
-        end = n + self.width + 2
-        self._tick = self.DeclareVectorOutputPort("tick_plan", end + FRAMES_PER_TICK * self.rows, self._calc_tick, tickets)
+        size = n + self.width + 2 + FRAMES_PER_TICK * self.rows
+        self._tick = self.DeclareVectorOutputPort("tick_plan", size, self._calc_tick, tickets)
         self.DeclareVectorOutputPort("joint_plan", self.rows, self._calc_plan, tickets)
         self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._begin)
         self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._update)
