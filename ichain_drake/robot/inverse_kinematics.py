@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
+from numpy.typing import ArrayLike
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
 
 from ichain_drake.errors import InputError
-from ichain_drake.robot.hand import GRIP, HAND
+from ichain_drake.robot.hand import GRIP, HAND, HandSpec
 from ichain_drake.robot.kinematics import ArmKinematics
-from ichain_drake.robot.motion import FRAME_RATE, PLAN_SIZE
+from ichain_drake.robot.motion import FRAME_RATE, HandMotion
 from ichain_drake.robot.pose import hand_rotation
 from ichain_drake.state import FloatArray, wrap_angle
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
@@ -24,8 +25,8 @@ _DITHER = 1e-8
 _IDLE = 0.02
 
 
-class InverseKinematics(LeafSystem):
-    """Plans desired positions of arm and fingers for each 1/30 s frame: the hand on the line between set-points.
+class InverseKinematics(HandMotion):
+    """A hand's motion, and desired positions of the arm and fingers that follow it: on the line between set-points.
 
     Joints are found for the ends of each frame's 1 / rate periods; in between, positions are linear. The plant's
     implicit controller acts on the error at the *end* of its step, so what it is given at t is the desired position at
@@ -40,11 +41,15 @@ class InverseKinematics(LeafSystem):
 
     At rest (the set-point has not moved for two frames, and the posture hardly pulls) the joints stay.
 
-    Ports: inputs `setpoint` (7) and `plan`, from `HandMotion`; outputs `joint_plan`: what each row of `Playout`
-    changes by, (steps + 1) x (joints, fingers); and `tick_plan`: where the tick ends (joints; the last row of the
-    playout; the speed of the free motion; whether the set-point stood still), then `joint_plan` of each of its frames.
+    It is one system with `HandMotion`, whose set-points it reads, because each one that runs in Python costs something
+    on every step of the plant.
+
+    Ports: those of `HandMotion`, and the outputs `joint_plan`: what each row of `Playout` changes by, (steps + 1) x
+    (joints, fingers); and `tick_plan`: where the tick ends (joints; the last row of the playout; the speed of the free
+    motion; whether the set-point stood still), then `joint_plan` of each of its frames.
 
     Args:
+        spec, home, linear_speed, angular_speed: see `HandMotion`.
         kinematics: of the arm.
         joints: joint positions at start, shape (n_joints,).
         rate: updates in a second, 30 times a power of two.
@@ -56,6 +61,10 @@ class InverseKinematics(LeafSystem):
 
     def __init__(
         self,
+        spec: HandSpec,
+        home: ArrayLike,
+        linear_speed: float,
+        angular_speed: float,
         kinematics: ArmKinematics,
         joints: FloatArray,
         rate: int,
@@ -65,7 +74,7 @@ class InverseKinematics(LeafSystem):
         *,
         closed: bool,
     ) -> None:
-        super().__init__()
+        super().__init__(spec, home, linear_speed, angular_speed)
         ratio = rate // FRAME_RATE
         if rate % FRAME_RATE or ratio & (ratio - 1):
             raise InputError(f"robot.ik_rate: {rate} is not {FRAME_RATE} times a power of two (60 is usual)")
@@ -86,14 +95,11 @@ class InverseKinematics(LeafSystem):
         self._mode = self.DeclareDiscreteState([1.0, 0.0, 0.0])
         self._end = self.DeclareDiscreteState(self._at_rest(joints, self._row(joints, closed)))  # of the planned frames
         self._frames = self.DeclareDiscreteState(FRAMES_PER_TICK * self.rows)
-        self._setpoint = self.DeclareVectorInputPort("setpoint", _N)
-        self._next = self.DeclareVectorInputPort("plan", PLAN_SIZE)
-        tickets = {self.xd_ticket(), self._setpoint.ticket(), self._next.ticket()}
+        tickets = {self.xd_ticket(), self._command.ticket()}
         size = n + self.width + 2 + FRAMES_PER_TICK * self.rows
         self._tick = self.DeclareVectorOutputPort("tick_plan", size, self._calc_tick, tickets)
         self.DeclareVectorOutputPort("joint_plan", self.rows, self._calc_plan, tickets)
         self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._begin)
-        self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._update)
 
     def set_joints(self, context: Context, joints: FloatArray, *, closed: bool) -> FloatArray:
         """Start at rest at joint positions of shape (n_joints,).
@@ -121,7 +127,7 @@ class InverseKinematics(LeafSystem):
             frames = context.get_discrete_state(self._frames).value()
             output.SetFromVector(frames[len(frames) - int(left) * self.rows :][: self.rows])
         else:
-            over = int(self._next.Eval(context)[0])
+            over = self.frame(context) % FRAMES_PER_TICK
             tick = self._tick.Eval(context)
             output.SetFromVector(tick[len(tick) - (FRAMES_PER_TICK - over) * self.rows :][: self.rows])
 
@@ -131,8 +137,8 @@ class InverseKinematics(LeafSystem):
         n, size = self._n, len(end)
         joints, held, (speed, rested) = end[:n], end[n:-2], end[-2:].tolist()
         parity = int(discrete.value(self._mode)[1])
-        setpoint, plan = self._setpoint.Eval(context), self._next.Eval(context)
-        over, points = int(plan[0]), plan[1:].reshape(FRAMES_PER_TICK, _N)
+        setpoint, points = discrete.value(self._setpoint_index), self._plan.Eval(context).reshape(-1, _N)
+        over = self.frame(context) % FRAMES_PER_TICK
         tick = np.zeros(size + FRAMES_PER_TICK * self.rows)
         frames = tick[size:].reshape(FRAMES_PER_TICK, self.steps + 1, self.width)
         for place in range(over, FRAMES_PER_TICK):
@@ -171,13 +177,14 @@ class InverseKinematics(LeafSystem):
         state.get_mutable_discrete_state().set_value(self._mode, [1.0, frame, left])
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
+        super()._update(context, discrete)
         _, frame, left = context.get_discrete_state(self._mode).value().tolist()
         if not left:
             tick = self._tick.Eval(context)
             size = len(tick) - FRAMES_PER_TICK * self.rows
             discrete.set_value(self._end, tick[:size])
             discrete.set_value(self._frames, tick[size:])
-            left = FRAMES_PER_TICK - self._next.Eval(context)[0]
+            left = FRAMES_PER_TICK - self.frame(context) % FRAMES_PER_TICK
         discrete.set_value(self._mode, [0.0, frame + 1.0, left - 1.0])
 
 

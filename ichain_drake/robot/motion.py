@@ -18,8 +18,6 @@ LINEAR_SPEED = 0.4
 ANGULAR_SPEED = 2.0
 
 _N = len(HAND)
-PLAN_SIZE = 1 + FRAMES_PER_TICK * _N
-"""Length of the port `plan`."""
 
 
 class HandMotion(LeafSystem):
@@ -30,10 +28,9 @@ class HandMotion(LeafSystem):
     line that takes longer than the tick is laid anew at the next one. Grip and everything that is held change with the
     first frame.
 
-    Ports: input `hand_command` (n_exposed); outputs `setpoint` (7; the state, no feedthrough) and `plan`: how many of
-    the tick's frames are over (1), then the set-point at the end of each of its ten frames (10 x 7). At the instant of
-    a tick, before its update, `plan` is already that of the tick that begins, so whoever follows it has no lag; it is
-    therefore a direct function of `hand_command`.
+    Ports: input `hand_command` (n_exposed); outputs `setpoint` (7; the state, no feedthrough) and `plan`: the set-point
+    at the end of each of the tick's ten frames (10 x 7). At the instant of a tick, before its update, `plan` is already
+    that of the tick that begins, so whoever follows it has no lag; it is therefore a direct function of `hand_command`.
 
     Args:
         spec: which variables are commanded.
@@ -60,7 +57,7 @@ class HandMotion(LeafSystem):
         self._command = self.DeclareVectorInputPort("hand_command", len(spec.space))
         self.DeclareStateOutputPort("setpoint", self._setpoint_index)
         tickets = {self.xd_ticket(), self._command.ticket()}
-        self._plan = self.DeclareVectorOutputPort("plan", PLAN_SIZE, self._calc_plan, tickets)
+        self._plan = self.DeclareVectorOutputPort("plan", FRAMES_PER_TICK * _N, self._calc_points, tickets)
         self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._update)
 
     def set_hand(self, context: Context, full: ArrayLike) -> None:
@@ -89,12 +86,11 @@ class HandMotion(LeafSystem):
             count = max(count + 1, math.ceil(count * excess - 1e-9))
         return count
 
-    def _calc_plan(self, context: Context, output: BasicVector) -> None:
-        place = self.frame(context) % FRAMES_PER_TICK
-        plan = np.empty(PLAN_SIZE)
-        plan[0] = place
-        plan[1:] = context.get_discrete_state(self._tick_index).value() if place else self._lay(context).ravel()
-        output.SetFromVector(plan)
+    def _calc_points(self, context: Context, output: BasicVector) -> None:
+        if self.frame(context) % FRAMES_PER_TICK:
+            output.SetFromVector(context.get_discrete_state(self._tick_index).value())
+        else:
+            output.SetFromVector(self._lay(context).ravel())
 
     def _lay(self, context: Context) -> FloatArray:
         """Set-points at the ends of the frames of the tick that begins, shape (10, 7)."""
@@ -115,7 +111,7 @@ class HandMotion(LeafSystem):
         if place:
             points = context.get_discrete_state(self._tick_index).value()
         else:
-            points = self._plan.Eval(context)[1:]
+            points = self._plan.Eval(context)
             discrete.set_value(self._tick_index, points)
         discrete.set_value(self._setpoint_index, points[_N * place : _N * (place + 1)])
         discrete.set_value(self._frame_index, [frame + 1.0])

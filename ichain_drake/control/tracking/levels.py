@@ -285,7 +285,7 @@ class PredictiveLevel:
     def _moves_by_plan(self) -> FloatArray:
         """Derivative of the weighed changes of the parent's states by the states, (horizon n_parent,) twice."""
         horizon, effort = self.weights.horizon, self.weights.effort / self.parent_scale
-        return np.kron(np.eye(horizon) - np.eye(horizon, k=-1), np.diag(effort))
+        return np.asarray(np.kron(np.eye(horizon) - np.eye(horizon, k=-1), np.diag(effort)))
 
     @cached_property
     def _of_plan(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
