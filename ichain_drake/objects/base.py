@@ -235,7 +235,7 @@ class WorldObject(LeafSystem):
             InputError: on another shape, or a variable that is no number or larger than anything measured.
         """
         plain = type(stepped) is np.ndarray and stepped.dtype == float and stepped.shape == state.shape
-        if plain and stepped @ stepped <= _LARGEST * _LARGEST:  # then each is; false where one is no number
+        if plain and np.abs(stepped).max(initial=0.0) <= _LARGEST:  # false where one is no number
             return stepped.copy()
         where, when = f"{self.get_name()}: step gave", f"at t = {time:.3f} s"
         try:

@@ -9,23 +9,12 @@ from typing import Protocol
 import numpy as np
 
 from ichain_drake.control.tracking.offset import OffsetEstimate
+from ichain_drake.control.tracking.tick_model import TickModel
 from ichain_drake.learning.chain.models import InverseModel
 from ichain_drake.state import FloatArray, StateSpace
 
 _HARM = 2.0  # times the best cost so far; a step over a small rise often leads on
 _SHORTER = 0.3  # of a step that did harm
-
-
-class TickModel(Protocol):
-    """A model of one tick that can be differentiated: a learned `ForwardModel`, or the truth for an oracle."""
-
-    def predict(self, child: FloatArray, parent: FloatArray, parent_next: FloatArray) -> FloatArray:
-        """Next states, shape (n, n_child)."""
-
-    def linearize(
-        self, child: FloatArray, parent: FloatArray, parent_next: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Next states and their derivatives by child, parent and parent_next."""
 
 
 class Level(Protocol):
@@ -260,21 +249,25 @@ class PredictiveLevel:
     ) -> tuple[FloatArray, FloatArray | None]:
         """The child's states under a plan, shape (n, k, n_child), and their derivatives by the planned states."""
         n, horizon, m = plan.shape
-        states = np.empty((n, horizon, child.shape[1]))
-        sensitivity = np.zeros((n, horizon, child.shape[1], horizon * m)) if with_jacobian else None
+        states, notes = np.empty((n, horizon, child.shape[1])), []
         state, previous = child, parent
         for k in range(horizon):
-            now = plan[:, k]
-            if sensitivity is None:
-                after = self.model.predict(state, previous, now)
+            if with_jacobian:
+                after, note = self.model.predict_noted(state, previous, plan[:, k])
+                notes.append(note)
             else:
-                after, by_child, by_parent, by_next = self.model.linearize(state, previous, now)
-                if k:
-                    np.matmul(by_child, sensitivity[:, k - 1], out=sensitivity[:, k])
-                    sensitivity[:, k, :, (k - 1) * m : k * m] += by_parent
-                sensitivity[:, k, :, k * m : (k + 1) * m] += by_next
-            state, previous = after + offsets[:, k], now
+                after = self.model.predict(state, previous, plan[:, k])
+            state, previous = after + offsets[:, k], plan[:, k]
             states[:, k] = state
+        if not with_jacobian:
+            return states, None
+        by_child, by_parent, by_next = self.model.derivatives(notes)
+        by_both = np.concatenate([by_parent, by_next], axis=-1)
+        sensitivity = np.zeros((n, horizon, child.shape[1], horizon * m))
+        sensitivity[:, 0, :, :m] = by_next[0]
+        for k in range(1, horizon):
+            after = np.matmul(by_child[k], sensitivity[:, k - 1], out=sensitivity[:, k])
+            after[..., (k - 1) * m : (k + 1) * m] += by_both[k]
         return states, sensitivity
 
     @cached_property

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -99,20 +100,29 @@ class KernelSum(FrozenModel):
         return np.add(value, self.offset, out=np.empty((len(z), self.n_out)))
 
     def _batch_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        if len(z) <= _ROWS:
-            return self._some_with_jacobian(z)
-        parts = [self._some_with_jacobian(z[k : k + _ROWS]) for k in range(0, len(z), _ROWS)]
-        return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+        parts = []
+        for k in range(0, max(len(z), 1), _ROWS):
+            value, note = self._noted(z[k : k + _ROWS])
+            parts.append((value, self._jacobians([note])[0]))
+        return (
+            parts[0]
+            if len(parts) == 1
+            else (np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]))
+        )
 
-    def _some_with_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        phi = self.features(z)
-        phi = phi * self.weights[:, None, :]  # (n_out, n, n_centres)
-        slopes = np.matmul(phi, self._slopes).transpose(1, 0, 2)
-        centred = (z - self._middle)[:, None, :]
-        value, jacobian = np.empty((len(z), self.n_out)), np.empty((len(z), self.n_out, self.n_in))
-        np.multiply(slopes[..., self.n_in :], centred, out=jacobian)
-        np.add(slopes[..., : self.n_in], jacobian, out=jacobian)
-        return np.add(phi.sum(axis=2).T, self.offset, out=value), jacobian
+    def _noted(self, z: FloatArray) -> tuple[FloatArray, Any]:
+        if len(z) > _ROWS:
+            return super()._noted(z)
+        phi = self.features(z) * self.weights[:, None, :]  # (n_out, n, n_centres)
+        return np.add(phi.sum(axis=2).T, self.offset, out=np.empty((len(z), self.n_out))), (z, phi)
+
+    def _jacobians(self, notes: Sequence[Any]) -> FloatArray:
+        if isinstance(notes[0], np.ndarray):
+            return super()._jacobians(notes)
+        slopes = np.matmul(np.array([phi for _, phi in notes]), self._slopes).transpose(0, 2, 1, 3)
+        centred = (np.array([z for z, _ in notes]) - self._middle)[:, :, None, :]
+        result = np.multiply(slopes[..., self.n_in :], centred, out=np.empty((*slopes.shape[:3], self.n_in)))
+        return np.add(slopes[..., : self.n_in], result, out=result)
 
     def rescaled(self, scale: FloatArray, offset: FloatArray) -> KernelSum:
         """The model with outputs `y * scale + offset`."""
