@@ -66,6 +66,23 @@ def test_a_run_goes_on_from_a_cloned_context_as_it_would_have() -> None:
     np.testing.assert_array_equal(*ends)
 
 
+def test_a_tick_is_planned_when_it_begins_with_the_command_of_that_instant() -> None:
+    spec = RobotSpec(hand=HandSpec(["x", "y", "z"]), home={"x": 0.45, "z": 0.25})
+    robot = build_robot(spec, "arm")
+    follow, calls = robot.kinematics.follow, []
+    robot.kinematics.follow = lambda *args: calls.append(1) or follow(*args)
+    context = robot.CreateDefaultContext()
+    robot.GetInputPort("hand_command").FixValue(context, [0.46, 0.0, 0.25])
+    simulator, counts = Simulator(robot, context), []
+    for frame in range(1, 11):
+        simulator.AdvanceTo((frame - 0.5) * FRAME)
+        counts.append(len(calls))
+    assert counts[0] >= 4
+    assert counts == counts[:1] * 10
+    setpoint = robot.GetOutputPort("setpoint").Eval(simulator.get_context())
+    np.testing.assert_array_equal(setpoint[:3], [0.46, 0.0, 0.25])
+
+
 def test_a_still_arm_rests() -> None:
     spec = RobotSpec(hand=HandSpec(["x", "y", "z"]), home={"x": 0.45, "z": 0.25})
     robot = build_robot(spec, "arm")
