@@ -44,6 +44,8 @@ def test_the_bare_plant_repeats_the_run(results: dict[str, Any]) -> None:
     assert diagram["ratio"] > 0
     assert diagram["ratio_recorded"] > 0
     assert list(diagram["ratio_other_methods"]) == ["inverse"]
+    assert {key: len(us) for key, us in diagram["steps_us"].items()} == {"bare": 4, "whole": 4}
+    assert all(us > 0 for steps in diagram["steps_us"].values() for us in steps)
     systems = [row["system"] for row in diagram["breakdown"]]
     assert {"controller", "follower", "car", "joystick", "hand/motion", "hand/touch"} <= set(systems)
     assert systems[-1] == "plant and C++"
@@ -83,7 +85,7 @@ def test_games_are_measured_where_they_are_installed(results: dict[str, Any]) ->
 
 def test_the_table_shows_every_part(results: dict[str, Any]) -> None:
     text = format_table(results)
-    for words in ("bare plant", "predictive", "R^2", "extra_trees", "hand/touch", "longest ms"):
+    for words in ("bare plant", "predictive", "R^2", "extra_trees", "hand/touch", "longest ms", "place in the frame"):
         assert words in text
     assert max(map(len, text.splitlines())) <= 120
 

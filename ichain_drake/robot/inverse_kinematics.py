@@ -32,8 +32,7 @@ class InverseKinematics(HandMotion):
     implicit controller acts on the error at the *end* of its step, so what it is given at t is the desired position at
     t + plant_step: there is no lag by design. `Playout` (C++) hands a frame's plan to the plant step by step. All
     frames of a tick are planned when it begins, since nothing that happens in it changes them: in one go Python takes
-    a third of the time that it takes frame by frame, with caches that the plant's step has filled, and slows fewer of
-    the plant's steps in turn.
+    half the time that it takes frame by frame, with caches that the plant's step has filled.
 
     A frame begins with an unrestricted update, which Drake runs before any discrete update of the same instant, that
     marks its plan as due. `joint_plan` is then read when the plant asks for it, and at a tick calculated with the
