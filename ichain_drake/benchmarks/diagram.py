@@ -119,7 +119,7 @@ def benchmark_diagram(
         repeats: rounds; medians are reported.
 
     Returns:
-        Times in ms of processor time per simulated second, ratios, and the breakdown by system and by steps of the plant.
+        Times in ms of processor time per simulated second, ratios, and the breakdown by system and by steps.
     """
     name, points = next(iter(scenario.reference_paths().items()))
     path = TimedPath(points, scenario.path_limits())
