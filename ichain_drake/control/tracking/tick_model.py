@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -29,14 +30,14 @@ class TickModel(Protocol):
         """Derivatives of k predictions."""
 
 
-class LinearizedModel:
+class LinearizedModel(ABC):
     """What has a `linearize`, which gives next states and their derivatives, as a `TickModel`."""
 
+    @abstractmethod
     def linearize(
         self, child: FloatArray, parent: FloatArray, parent_next: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Next states and their derivatives by child, parent and parent_next."""
-        raise NotImplementedError(f"{type(self).__name__} does not implement linearize")
 
     def predict_noted(self, child: FloatArray, parent: FloatArray, parent_next: FloatArray) -> tuple[FloatArray, Any]:
         """See `TickModel`."""
