@@ -12,6 +12,7 @@ from ichain_drake.learning.frozen.model import FrozenModel
 from ichain_drake.learning.frozen.scaling import FloatArray
 
 _ROWS = 256  # rows evaluated at once: bounds the memory of a large batch
+_KEPT = 2  # rows whose bumps are kept for the derivatives: those of more would leave the processor's cache meanwhile
 
 
 @dataclass(eq=False, kw_only=True)
@@ -100,25 +101,29 @@ class KernelSum(FrozenModel):
         return np.add(value, self.offset, out=np.empty((len(z), self.n_out)))
 
     def _batch_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        parts = []
-        for k in range(0, max(len(z), 1), _ROWS):
-            value, note = self._noted(z[k : k + _ROWS])
-            parts.append((value, self._jacobians([note])[0]))
-        return (
-            parts[0]
-            if len(parts) == 1
-            else (np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts]))
-        )
+        values, jacobians = np.empty((len(z), self.n_out)), np.empty((len(z), self.n_out, self.n_in))
+        for start in range(0, len(z), _ROWS):
+            part = slice(start, start + _ROWS)
+            values[part], phi = self._weighed(z[part])
+            jacobians[part] = self._slopes_of([(z[part], phi)])[0]
+        return values, jacobians
 
     def _noted(self, z: FloatArray) -> tuple[FloatArray, Any]:
-        if len(z) > _ROWS:
-            return super()._noted(z)
-        phi = self.features(z) * self.weights[:, None, :]  # (n_out, n, n_centres)
-        return np.add(phi.sum(axis=2).T, self.offset, out=np.empty((len(z), self.n_out))), (z, phi)
+        if len(z) > _KEPT:
+            return self._batch_jacobian(z)
+        value, phi = self._weighed(z)
+        return value, (z, phi)
 
     def _jacobians(self, notes: Sequence[Any]) -> FloatArray:
-        if isinstance(notes[0], np.ndarray):
-            return super()._jacobians(notes)
+        return super()._jacobians(notes) if isinstance(notes[0], np.ndarray) else self._slopes_of(notes)
+
+    def _weighed(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n, n_out), and what each bump adds to them, (n_out, n, n_centres)."""
+        phi = self.features(z) * self.weights[:, None, :]
+        return np.add(phi.sum(axis=2).T, self.offset, out=np.empty((len(z), self.n_out))), phi
+
+    def _slopes_of(self, notes: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
+        """Jacobians (k, n, n_out, n_in) from inputs and what each bump adds there, k times."""
         slopes = np.matmul(np.array([phi for _, phi in notes]), self._slopes).transpose(0, 2, 1, 3)
         centred = (np.array([z for z, _ in notes]) - self._middle)[:, :, None, :]
         result = np.multiply(slopes[..., self.n_in :], centred, out=np.empty((*slopes.shape[:3], self.n_in)))
