@@ -152,3 +152,10 @@ def test_a_path_whose_end_was_not_reached_is_named_and_has_no_error(monkeypatch:
     assert (row["relearned"], row["new_samples"], row["robot_seconds"]) == (["a->b"], 7, 3.0)
     old = relearn._row(scenario, relearn.STALE, lambda: (chain, None), lambda line: None, new=False)  # type: ignore[arg-type, return-value]
     assert (old["relearned"], old["new_samples"]) == ([], 0)
+
+
+def test_a_ratio_is_the_mean_over_the_paths_and_none_where_one_was_lost() -> None:
+    assert relearn._ratio({"a": 1.0, "b": 3.0}, {"a": 2.0, "b": 2.0}) == 1.0
+    assert relearn._ratio({"a": 1.0, "b": None}, {"a": 2.0, "b": 2.0}) is None
+    assert relearn._ratio({"a": 1.0}, {"a": 2.0, "b": 2.0}) is None
+    assert relearn._ratio({}, {}) is None
