@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ichain_drake.control.tracking.levels import PredictiveLevel, PredictiveWeights
+from ichain_drake.control.tracking.tick_model import LinearizedModel
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects.base import WorldObject
 from ichain_drake.robot.motion import LINEAR_SPEED, MOVE_FRAMES
@@ -22,7 +23,8 @@ _STEP = 1e-5
 def straight_frames(hand: FloatArray, command: FloatArray) -> FloatArray:
     """Hand states at the ends of a tick's frames, (frames, ..., n): straight to the command in the first four.
 
-    Longer where the speed limit asks for it; positions only.
+    Longer where the speed limit asks for it; positions only. An arm's hand by contact is off by 0.05 mm at a tick's end
+    and by 0.36 mm in its first frame, of 17 mm (root mean square; car game, seed 100): it is no worse a limit there.
     """
     distance = np.linalg.norm(command - hand, axis=-1)
     frames = np.maximum(MOVE_FRAMES, np.ceil(distance / (LINEAR_SPEED * FRAME) - 1e-9))
@@ -32,7 +34,7 @@ def straight_frames(hand: FloatArray, command: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class TrueTickModel:
+class TrueTickModel(LinearizedModel):
     """The noise-free world as a one-tick model from the hand to all other objects' states, joined.
 
     Attributes:

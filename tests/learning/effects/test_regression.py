@@ -1,5 +1,7 @@
 """Which columns and which estimator describe a change, and when there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,8 @@ def test_what_overflows_is_found_with_its_threshold(seed: int) -> None:
     assert set(found.columns) == {1, 4}
     assert found.estimator == "rectified_linear()"
     np.testing.assert_allclose(found(x[:, list(found.columns)]), y, atol=0.01)
+    shown = x[:, list(found.columns)].max(axis=0)
+    np.testing.assert_array_equal(found(shown[None] + 2.0), found(shown[None]))  # a bend ends there
 
 
 def test_a_linear_change_stays_linear() -> None:
@@ -54,6 +58,7 @@ def test_a_linear_change_stays_linear() -> None:
     assert found is not None
     assert found.columns == (2,)
     assert found.estimator.startswith("polynomial(degree=1")
+    np.testing.assert_allclose(found(np.array([[5.0]])), 0.5, atol=0.02)  # a line goes on where nothing was shown
 
 
 def test_what_roles_declare_is_taken_as_it_is_though_its_noise_would_bias_a_fit() -> None:
@@ -101,3 +106,13 @@ def test_what_only_ever_flows_out_flows_out_where_nothing_was_shown() -> None:
     both = choose_regression(x, 0.3 * x[:, 0] * x[:, 1], PIECE, ROW, kernel, 12, np.zeros(2, dtype=bool), NOISE)
     assert both is not None
     assert both.sign == 0
+
+
+def test_a_change_within_the_dead_band_is_none_and_one_beyond_it_is_whole() -> None:
+    x, rng = columns(1)
+    found = chosen(x, 0.1 * x[:, 2] + readings_noise(rng))
+    assert found is not None
+    rows = np.array([[0.1], [-0.1], [0.9], [-0.9]])
+    plain = replace(found, dead_band=0.0)(rows)
+    np.testing.assert_allclose(plain, [0.01, -0.01, 0.09, -0.09], atol=0.002)
+    np.testing.assert_array_equal(replace(found, dead_band=0.05)(rows), [0.0, 0.0, plain[2], plain[3]])
