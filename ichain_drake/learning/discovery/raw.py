@@ -11,6 +11,7 @@ from ichain_drake.demonstrations.checks import check_times
 from ichain_drake.demonstrations.columns import COMMAND, TIME
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.discovery.cuts import cut_pieces
 from ichain_drake.learning.discovery.labels import raw_piece
 from ichain_drake.learning.discovery.log import RawPiece
 from ichain_drake.state import StateSpace
@@ -24,10 +25,10 @@ def read_raw(
     resampled: bool = False,
     say: Callable[[str], None] | None = None,
 ) -> list[RawPiece]:
-    """Read and check logs; flags and columns of no object are left aside.
+    """Read, cut and check logs; flags and columns of no object are left aside.
 
     Args:
-        folder: with the pieces.
+        folder: with the logs, or one of them.
         spaces: state space per object.
         root: the robot.
         resampled: whether to take pieces of another period to the library's.
@@ -44,7 +45,7 @@ def read_raw(
         known = {f"{o}.{v}" for o, s in spaces.items() for v in s.names} | {TIME}
         known |= {f"{COMMAND}.{v}" for v in spaces[root].names}
         pieces.append(replace(piece, table=piece.table[[c for c in piece.table.columns if str(c) in known]]))
-    pieces = prepare(pieces, graph, resampled=resampled, say=say)
+    pieces = list(cut_pieces(prepare(pieces, graph, resampled=resampled, say=say), graph, say).pieces)
     for piece in pieces:
         check_times(piece)
         piece.check(graph)
