@@ -79,7 +79,8 @@ def findings(
         settings: when something counts as odd.
 
     Returns:
-        Equal pieces, stretches that are in a piece twice, frozen feeds, constant columns, idle pieces, flags that flicker, contradictions; in this order.
+        Equal pieces, stretches that a piece has twice, frozen feeds, constant columns, idle pieces, flags that flicker,
+        contradictions; in this order.
     """
     chosen = settings or QualitySettings()
     noise = column_noise(pieces, graph)

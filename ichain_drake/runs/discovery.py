@@ -1,4 +1,4 @@
-"""How well labels and edges are found out of states: against true flags and the declared graph, fresh each trial.
+"""How well labels, edges and cuts are found out of states: against true flags, graph and pieces, fresh each trial.
 
 Only an evaluator looks at true flags.
 """
@@ -11,11 +11,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.demonstrations.columns import TIME
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.discovery.cuts import cut_pieces
 from ichain_drake.learning.discovery.edges import discover_graph
 from ichain_drake.learning.discovery.labels import raw_piece
 from ichain_drake.learning.discovery.search import FoundEdge, search
@@ -27,9 +30,10 @@ from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.state import BoolArray
+from ichain_drake.timing import TICK
 
-LABELS, EDGES = "labels", "edges"
-METHODS = (LABELS, EDGES)
+LABELS, EDGES, CUTS = "labels", "edges", "cuts"
+METHODS = (LABELS, EDGES, CUTS)
 _KEYS = ("all", "shown", "switchings")
 
 Row = dict[str, Any]
@@ -44,7 +48,7 @@ class DiscoveryTrial:
         overrides: its settings.
         physics: of the world.
         seed: of the demonstrations.
-        methods: `labels` (the graph is given), `edges` (it isn't).
+        methods: `labels` (the graph is given), `edges` (it isn't), `cuts` (of all pieces in one recording).
     """
 
     kind: type[Scenario]
@@ -66,9 +70,9 @@ class DiscoveryTrial:
             for name, method in zip(self.ids, self.methods, strict=True):
                 if name in ids:
                     began = time.process_time()
-                    found = _found(pieces, scenario.graph, method)
+                    figures = _figures(pieces, scenario.graph, method)
                     seconds = round(time.process_time() - began, 1)
-                    yield name, self._row(method) | scores(found, pieces, scenario.graph) | {"seconds": seconds}
+                    yield name, self._row(method) | figures | {"seconds": seconds}
 
     def _row(self, method: str) -> Row:
         return {"method": method, "seed": self.seed, "reason": ""}
@@ -78,28 +82,56 @@ class DiscoveryTrial:
         return self._row(self.methods[self.ids.index(name)]) | {"reason": reason}
 
 
-def _found(pieces: Sequence[Demonstration], graph: InteractionGraph, method: str) -> Sequence[FoundEdge]:
+def _figures(pieces: Sequence[Demonstration], graph: InteractionGraph, method: str) -> Row:
+    if method == CUTS:
+        return cut_scores(pieces, graph)
     raw = [raw_piece(p, graph) for p in pieces]
     spaces = {n: s.observable for n, s in graph.objects.items()}
     if method == EDGES:
-        return discover_graph(raw, spaces, graph.root).found
-    return search(raw, spaces, graph.root, graph.interactions)
+        return scores(discover_graph(raw, spaces, graph.root).found, pieces, graph)
+    return scores(search(raw, spaces, graph.root, graph.interactions), pieces, graph)
+
+
+def cut_scores(pieces: Sequence[Demonstration], graph: InteractionGraph) -> Row:
+    """Figures of the cuts in all pieces joined, those that hold the same columns in one recording each.
+
+    Returns:
+        As `scores`: `true` (how many resets there are), `missing` and `extra` (`recording/row`), `shd` (both together).
+    """
+    alike: dict[tuple[str, ...], list[Demonstration]] = {}
+    for piece in pieces:
+        alike.setdefault(tuple(sorted(map(str, piece.table.columns))), []).append(piece)
+    logs = [joined(parts, f"recording{k}") for k, parts in enumerate(alike.values())]
+    true = {
+        f"{log.name}/{row}"
+        for log, parts in zip(logs, alike.values(), strict=True)
+        for row in np.cumsum([len(p) for p in parts])[:-1]
+    }
+    got = {f"{c.log}/{c.row}" for c in cut_pieces(logs, graph).cuts}
+    missing, extra = sorted(true - got), sorted(got - true)
+    return {"true": len(true), "missing": missing, "extra": extra, "shd": len(missing) + len(extra), "flags": {}}
+
+
+def joined(pieces: Sequence[Demonstration], name: str) -> Demonstration:
+    """One recording without a mark between its pieces: states alone, its clock going on."""
+    table = pd.concat([p.table[[c for c in p.table.columns if "->" not in str(c)]] for p in pieces], ignore_index=True)
+    return Demonstration(table.assign(**{TIME: TICK * np.arange(len(table))}), pieces[0].units, name)
 
 
 def scores(found: Sequence[FoundEdge], pieces: Sequence[Demonstration], graph: InteractionGraph) -> Row:
     """Figures of what was found.
 
     Returns:
-        `edges`, `missing`, `extra` and `shd` (structural Hamming distance: both together, a turned edge once), and
-        `flags`: per true edge that was found F1 on all rows, on rows in which its effect shows, and of its switchings
-        within one row; of those that were not found 0.
+        `true` (how many there are), `missing`, `extra` and `shd` (structural Hamming distance: both together, a turned
+        edge once), and `flags`: per true edge that was found F1 on all rows, on rows in which its effect shows, and of
+        its switchings within one row; of those that were not found 0.
     """
     true, got = set(graph.interactions), {f.edge for f in found}
     missing, extra = true - got, got - true
     turned = sum(Interaction(e.child, e.parent) in extra for e in missing)
     by_edge = {f.edge: f for f in found}
     return {
-        "edges": len(true),
+        "true": len(true),
         "missing": sorted(e.name for e in missing),
         "extra": sorted(e.name for e in extra),
         "shd": len(missing) + len(extra) - turned,
@@ -154,7 +186,7 @@ class DiscoveryEvaluation:
         """
         other = [m for m in self.methods if m not in METHODS]
         if other:
-            raise InputError(f"{other[0]} can't be evaluated beside {' or '.join(METHODS)}; ask for it by itself")
+            raise InputError(f"{other[0]} can't be evaluated beside {', '.join(METHODS)}; ask for it by itself")
         if self.trials < 1:
             raise InputError("--trials and --jobs: give numbers from 1")
 
@@ -192,7 +224,7 @@ def summary(method: str, rows: Sequence[Mapping[str, Any]]) -> Row:
     """One line of the table: sums over seeds, and the lowest and mean F1 of flags."""
     done = [r for r in rows if not r["reason"]]
     every = [f for r in done for f in r["flags"].values()]
-    edges = sum(r["edges"] for r in done)
+    edges = sum(r["true"] for r in done)
     missing, extra = (sum(len(r[key]) for r in done) for key in ("missing", "extra"))
     got = edges - missing
     return {

@@ -90,20 +90,23 @@ def cut_pieces(
         graph: declares objects and their state spaces.
         say: called with a line on each cut.
     """
-    noise = column_noise(logs, graph)
+    readable = [_readable(log, graph) for log in logs]
+    noise = column_noise([log for log, fine in zip(logs, readable, strict=True) if fine], graph)
     noisy = [n for n, std in noise.items() if std > 0]
     cuts: list[list[Cut]] = []
     stretches: list[_Stretch] = []
     left_out: list[str] = []
     for k, log in enumerate(logs):
-        found, kept = ([], [_Stretch(k, 0, len(log))])
-        if _readable(log, graph):
-            twice = repeats(log, noisy)
-            found, kept = _interruptions(k, log, twice)
-            left_out += [f"{log.name} rows {a} to {b} repeat those from row {c} on: left out" for a, b, c in twice]
+        if not readable[k]:
+            cuts.append([])
+            stretches.append(_Stretch(k, 0, len(log)))
+            continue
+        twice = repeats(log, noisy)
+        left_out += [f"{log.name} rows {a} to {b} repeat those from row {c} on: left out" for a, b, c in twice]
+        found, kept = _interruptions(k, log, twice)
         cuts.append(found)
         stretches += kept
-    asked = [s for s in stretches if _readable(logs[s.log], graph) and s.end - s.first > 1]
+    asked = [s for s in stretches if readable[s.log] and s.end - s.first > 1]
     states = [_states(logs[s.log], graph, s) for s in asked]
     spaces = {n: space.observable for n, space in graph.objects.items()}
     parts = {s: [s.first, s.end] for s in stretches}

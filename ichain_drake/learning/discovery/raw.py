@@ -7,11 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from ichain_drake.demonstrations import prepare, read_folder
-from ichain_drake.demonstrations.checks import check_times
-from ichain_drake.demonstrations.columns import COMMAND, TIME
+from ichain_drake.demonstrations.checks import check_times, known_units
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
-from ichain_drake.learning.discovery.cuts import cut_pieces
+from ichain_drake.learning.discovery.cuts import Pieces, cut_pieces
 from ichain_drake.learning.discovery.labels import raw_piece
 from ichain_drake.learning.discovery.log import RawPiece
 from ichain_drake.state import StateSpace
@@ -40,13 +39,27 @@ def read_raw(
     if root not in spaces:
         raise InputError(f"there is no object {root!r} to be the robot; objects are {', '.join(spaces)}")
     graph = InteractionGraph(spaces, [Interaction(root, n) for n in spaces if n != root])
-    pieces = []
-    for piece in read_folder(folder, say):
-        known = {f"{o}.{v}" for o, s in spaces.items() for v in s.names} | {TIME}
-        known |= {f"{COMMAND}.{v}" for v in spaces[root].names}
-        pieces.append(replace(piece, table=piece.table[[c for c in piece.table.columns if str(c) in known]]))
-    pieces = list(cut_pieces(prepare(pieces, graph, resampled=resampled, say=say), graph, say).pieces)
-    for piece in pieces:
-        check_times(piece)
-        piece.check(graph)
-    return [raw_piece(p, graph) for p in pieces]
+    return [raw_piece(p, graph) for p in read_logs(folder, graph, resampled=resampled, say=say).pieces]
+
+
+def read_logs(
+    folder: Path, graph: InteractionGraph, *, resampled: bool = False, say: Callable[[str], None] | None = None
+) -> Pieces:
+    """Read, cut and check logs with all that is in them; only what the graph declares is looked at.
+
+    Args:
+        folder: with the logs, or one of them.
+        graph: declares objects and their state spaces.
+        resampled: whether to take pieces of another period to the library's.
+        say: called with a line on each thing that was done.
+
+    Raises:
+        InputError: as `read_raw`.
+    """
+    found = cut_pieces(prepare(read_folder(folder, say), graph, resampled=resampled, say=say), graph, say)
+    known = set(known_units(graph))
+    for piece in found.pieces:
+        bare = replace(piece, table=piece.table[[c for c in piece.table.columns if str(c) in known]])
+        check_times(bare)
+        bare.check(graph)
+    return found

@@ -18,7 +18,7 @@ from ichain_drake.learning.discovery.inputs import is_change
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.noise import HALF_NORMAL, change_noise
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.state import BoolArray, FloatArray, StateSpace
+from ichain_drake.state import BoolArray, FloatArray, StateSpace, wrap_angle
 
 _PLACES = ("position", "orientation", "amount")
 
@@ -53,7 +53,10 @@ def find_resets(stretches: Sequence[Mapping[str, FloatArray]], spaces: Mapping[s
             motions.append((motion, np.concatenate([np.arange(ends[k], ends[k + 1]) for k in having])))
     probability = np.zeros(ends[-1])
     share = DISCOVERY.outliers
-    for _ in range(LEARNING.sweeps if motions else 0):
+    settled = not motions
+    for _ in range(LEARNING.sweeps):
+        if settled:
+            break
         total = np.full(ends[-1], np.log(share / (1.0 - share)))
         for motion, at in motions:
             total[at] += motion.ratio()
@@ -63,7 +66,7 @@ def find_resets(stretches: Sequence[Mapping[str, FloatArray]], spaces: Mapping[s
             motion.fit(1.0 - probability[at])
         share = float((probability.sum() + 1.0) / (len(probability) + 1.0 / DISCOVERY.outliers))
         if np.abs(probability - before).max() < LEARNING.surprise:
-            break
+            settled = not any([motion.settle() for motion, _ in motions])
     jumped = {m.name: np.zeros(ends[-1], dtype=bool) for m, _ in motions}
     for motion, at in motions:
         jumped[motion.name][at] = motion.ratio() > 0
@@ -98,16 +101,31 @@ class _Motion:
         self._change = space.difference(after, before)[:, self.variables]
         self._quiet = 2.0 * noise[self.variables] ** 2
         self._telling = _telling(space, noise, before, after)[:, self.variables]
-        self._anew = -(self._telling @ np.log(span[self.variables]))
+        self._span = span[self.variables]
+        self._uniform = -(self._telling @ np.log(self._span))
         self._loud = (self._change**2 > LEARNING.surely**2 * self._quiet) & self._telling
+        self._home = self._returns(after[:, self.variables], space.angle_mask[self.variables])
+        self._anew = np.logaddexp(self._uniform, self._home) - np.log(2.0)
         self._variance, self._weight = self._start()
+        self._never = np.zeros(len(self._weight), dtype=bool)  # kinds of change that it turned out not to have
         self._jumps = 0.5  # a reset sets up a scene, and not one object of it
         self._goes_on = np.logaddexp.reduce(self._log_density(), axis=1)
+
+    def _returns(self, after: FloatArray, angle: BoolArray) -> FloatArray:
+        """Log-density of coming back at once to where it came before, shape (n_ticks,): a spring, a latch, a lid."""
+        out = np.full(len(after), -np.inf)
+        jumps = np.flatnonzero((np.abs(self._change) > LEARNING.reach * self._span).any(axis=1))[: LEARNING.most_rows]
+        for k in jumps if len(jumps) > LEARNING.few else ():
+            away = after[jumps[jumps != k]] - after[k]
+            away = np.where(angle, wrap_angle(away), away)
+            each = -0.5 * (away**2 / self._quiet + np.log(2.0 * np.pi * self._quiet))
+            out[k] = np.logaddexp.reduce((each * self._telling[k]).sum(axis=1)) - np.log(len(away))
+        return out
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
         """Variances of each kind of change, shape (n_kinds, n_variables): rest, usual motions, any motion; weights.
 
-        The last weight, of jumps anywhere, has no variance.
+        The last two weights, of returns and of jumps anywhere, have no variance.
         """
         square, kinds, counts = self._change**2, [self._quiet], [1.0]
         for pattern, count in Counter(map(tuple, self._loud.tolist())).most_common(DISCOVERY.most_terms):
@@ -116,7 +134,7 @@ class _Motion:
             counts.append(float(count))
         weight = np.r_[counts, 1.0] / sum(counts, 1.0)
         every = np.maximum(np.array([*kinds, self._quiet]), self._quiet)
-        return every, np.r_[weight * (1.0 - DISCOVERY.outliers), DISCOVERY.outliers]
+        return every, np.r_[weight * (1.0 - 2.0 * DISCOVERY.outliers), DISCOVERY.outliers, DISCOVERY.outliers]
 
     def fit(self, keep: FloatArray) -> None:
         """Fit the motions to ticks that are so likely to go on, shape (n_ticks,)."""
@@ -127,15 +145,27 @@ class _Motion:
         each = self._log_density()
         part = np.exp(each - np.logaddexp.reduce(each, axis=1)[:, None]) * keep[:, None]
         self._weight = np.maximum(part.sum(axis=0), np.finfo(float).tiny) / max(float(part.sum()), 1.0)
-        part = part[:, :-2]
+        self._weight[self._never] = DISCOVERY.outliers**2
+        part = part[:, : len(self._variance) - 1]
         moved = part.T @ (square * self._telling) + self._variance[:-1]
         self._variance[:-1] = np.maximum(moved / (part.T @ self._telling + 1.0), quiet)
         self._goes_on = np.logaddexp.reduce(self._log_density(), axis=1)
 
+    def settle(self) -> bool:
+        """Whether it turns out only now that it never jumps by itself: who does it at all does so often."""
+        far = np.sqrt(self._variance) > LEARNING.reach * self._span
+        often = self._weight + LEARNING.few / len(self._change)  # as far as so many ticks can tell
+        rare = np.r_[far.any(axis=1), False, True] & (often < LEARNING.near)
+        found = bool((rare & ~self._never).any())
+        self._never |= rare
+        self._weight[rare] = DISCOVERY.outliers**2
+        self._goes_on = np.logaddexp.reduce(self._log_density(), axis=1)
+        return found
+
     def _log_density(self) -> FloatArray:
         """Of each tick under each kind of change, with its weight, shape (n_ticks, n_kinds)."""
         out = np.empty((len(self._change), len(self._weight)))
-        out[:, -1] = self._anew
+        out[:, -2], out[:, -1] = self._home, self._uniform
         for k, variance in enumerate(self._variance):
             each = -0.5 * (self._change**2 / variance + np.log(2.0 * np.pi * variance))
             out[:, k] = (each * self._telling).sum(axis=1)
