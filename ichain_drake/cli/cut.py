@@ -17,12 +17,10 @@ if TYPE_CHECKING:
     from ichain_drake.learning.discovery.cuts import Pieces
     from ichain_drake.learning.discovery.skills import ShownSkill
 
-TABLE = "cuts.json"
-
 
 @click.command()
 @click.argument("logs", type=PATH)
-@click.option("-o", "--output", type=PATH, metavar="DEMOS", required=True, help=f"folder for the pieces and {TABLE}")
+@click.option("-o", "--output", type=PATH, metavar="DEMOS", required=True, help="folder for the pieces and cuts.json")
 @spaces_options
 @click.option("--skills", is_flag=True, help="also what was done between switches; statuses are inferred where missing")
 @options("resample")
@@ -39,6 +37,7 @@ def cut(
     from ichain_drake.cli.console import Reporter
     from ichain_drake.demonstrations import write_demonstrations
     from ichain_drake.demonstrations.reading import check_unused
+    from ichain_drake.learning.discovery.cuts import TABLE
     from ichain_drake.learning.discovery.raw import read_logs
     from ichain_drake.runs.paths.output import prepare_folder, write_report
 
@@ -48,21 +47,16 @@ def cut(
         what = log_spaces(logs, system, objects, robot, say.note)
         found = read_logs(logs, what.graph, resampled=resample, say=say.note)
         shown = _skills(found.pieces, what, say) if skills else []
-    print(_table(found))
+    print(cut_table(found))
     for skill in shown:
         print(f"skill {skill}")
     for file in write_demonstrations(found.pieces, output):
         print(f"written: {file}")
-    report = {
-        "cuts": [c.report() for c in found.cuts],
-        "left_out": list(found.left_out),
-        "pieces": {Path(p.name).stem: len(p) for p in found.pieces},
-    }
-    write_report(report | ({"skills": [s.report() for s in shown]} if skills else {}), output / TABLE)
+    write_report(found.report() | ({"skills": [s.report() for s in shown]} if skills else {}), output / TABLE)
     print(f"written: {output / TABLE}")
 
 
-def _table(found: Pieces) -> str:
+def cut_table(found: Pieces) -> str:
     """Cuts as text: when, why, how sure."""
     from rich.table import Table
 

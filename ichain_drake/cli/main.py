@@ -19,6 +19,7 @@ import click
 from ichain_drake.cli.check import check
 from ichain_drake.cli.cut import cut
 from ichain_drake.cli.discover import discover
+from ichain_drake.cli.label import label
 from ichain_drake.cli.library_commands import library
 from ichain_drake.cli.logs import export_command, import_command
 from ichain_drake.cli.options import PATH, options, scenario_named
@@ -37,7 +38,19 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, cut, discover, relearn, scoreboard, check, import_command, export_command, library):
+for _command in (
+    teach,
+    learn,
+    cut,
+    label,
+    discover,
+    relearn,
+    scoreboard,
+    check,
+    import_command,
+    export_command,
+    library,
+):
     app.add_command(_command)
 
 

@@ -6,9 +6,10 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 from ichain_drake.demonstrations import Demonstration, prepare, read_folder
+from ichain_drake.files import is_file
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.checks import check_flags, check_pieces
-from ichain_drake.learning.discovery.cuts import cut_pieces
+from ichain_drake.learning.discovery.cuts import TABLE, cut_pieces
 
 
 def read_pieces(
@@ -27,7 +28,8 @@ def read_pieces(
         graph: the interaction graph.
         known: interactions that they need not show.
         resampled: whether to take pieces of another period to the library's.
-        unlabelled: whether flags may be missing or empty; they are left as they are. Long recordings are cut.
+        unlabelled: whether flags may be missing or empty; they are left as they are. Long recordings are cut
+            where no table beside them says that they were.
         say: called with a line on each thing that was done: files passed over, units converted, pieces resampled, cut.
 
     Raises:
@@ -35,7 +37,8 @@ def read_pieces(
     """
     pieces = prepare(read_folder(folder, say), graph, resampled=resampled, say=say)
     if unlabelled:
-        pieces = list(cut_pieces(pieces, graph, say).pieces)
+        if not is_file(folder / TABLE):
+            pieces = list(cut_pieces(pieces, graph, say).pieces)
         check_pieces(pieces, graph, unlabelled=True)
         return pieces
     check_pieces(pieces, graph)
