@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypedDict
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem, State
@@ -56,6 +56,13 @@ class _ParentPorts(Mapping[str, FloatArray]):
 
     def __len__(self) -> int:
         return len(self._ports)
+
+
+class ObjectArguments(TypedDict, total=False):
+    """What every object may be made with beside its name, its parents and what it is itself; see `WorldObject`."""
+
+    initial: FloatArray | None
+    settings: ObjectSettings | None
 
 
 class WorldObject(LeafSystem):

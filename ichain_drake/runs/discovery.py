@@ -24,10 +24,9 @@ from ichain_drake.learning.discovery.labels import raw_piece
 from ichain_drake.learning.discovery.search import FoundEdge, search
 from ichain_drake.learning.status.scores import event_f1, f1
 from ichain_drake.robot import Physics
-from ichain_drake.runs.clusters.backend import opened
 from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.row_file import RowFile
-from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
+from ichain_drake.runs.runner import evaluate_jobs
 from ichain_drake.scenarios.base import Scenario
 from ichain_drake.state import BoolArray
 from ichain_drake.timing import TICK
@@ -208,16 +207,12 @@ def evaluate_discovery(what: DiscoveryEvaluation, say: Say, rows: RowFile) -> di
         DiscoveryTrial(type(what.scenario), what.overrides, what.scenario.physics, seed, what.methods)
         for seed in range(first, first + what.trials)
     ]
-    found: dict[str, Any] = {}
-    try:
-        with opened(what.workers, say) as backend:
-            run_jobs(trials, backend, rows, say, timeout=what.workers.trial_timeout)
-    except KeyboardInterrupt:
-        raise EvaluationInterrupted(found) from None
-    finally:
-        found["rows"] = rows.of(f"{m}/{t.seed}" for m in what.methods for t in trials)
-        found["table"] = [summary(m, [r for r in found["rows"] if r["method"] == m]) for m in what.methods]
-    return found
+
+    def found() -> dict[str, Any]:
+        flat = rows.of(f"{m}/{t.seed}" for m in what.methods for t in trials)
+        return {"rows": flat, "table": [summary(m, [r for r in flat if r["method"] == m]) for m in what.methods]}
+
+    return evaluate_jobs(trials, what.workers, rows, found, say)
 
 
 def summary(method: str, rows: Sequence[Mapping[str, Any]]) -> Row:

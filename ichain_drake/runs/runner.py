@@ -13,10 +13,10 @@ from typing import Any
 
 from ichain_drake import rules
 from ichain_drake.errors import InputError, WorkerLostError
-from ichain_drake.runs.clusters.backend import Backend
+from ichain_drake.runs.clusters.backend import Backend, opened
 from ichain_drake.runs.clusters.isolated import Job, TrialKilledError, die_with_parent, findings
 from ichain_drake.runs.clusters.local import LocalProcesses
-from ichain_drake.runs.clusters.workers import Say, WorkersGoneError
+from ichain_drake.runs.clusters.workers import Say, Workers, WorkersGoneError
 from ichain_drake.runs.provenance import code_hash
 from ichain_drake.runs.row_file import RowFile
 
@@ -78,6 +78,36 @@ def run_jobs(
                     raise _worker_lost(lost, rows) from None
                 progress.tell(f"{lost}; going on with what is left")
     return rows.of(i for job in jobs for i in job.ids)
+
+
+def evaluate_jobs(
+    jobs: Sequence[Job],
+    workers: Workers,
+    rows: RowFile,
+    found: Callable[[], dict[str, Any]],
+    say: Say | None = None,
+    label: Callable[[str, int, int], str] | None = None,
+) -> dict[str, Any]:
+    """Run an evaluation's jobs to their end, or say what was found up to where they ended.
+
+    Args:
+        workers: who works.
+        found: makes what is told out of `rows`.
+        jobs, rows, say, label: see `run_jobs`.
+
+    Raises:
+        EvaluationInterrupted: on Ctrl-C, with what was found.
+        WorkerLostError: if processes were killed again and again, with the same.
+    """
+    try:
+        with opened(workers, say) as backend:
+            run_jobs(jobs, backend, rows, say, label, workers.trial_timeout)
+    except WorkerLostError as lost:
+        lost.found = found()
+        raise
+    except KeyboardInterrupt:
+        raise EvaluationInterrupted(found()) from None
+    return found()
 
 
 class _LostError(Exception):

@@ -162,7 +162,8 @@ class HeldControl(PathScenario):
             state: at the start, shape (n_variables,).
             settings: see `ObjectSettings`.
         """
-        return self.target_type(self.target, {self.control: self.control_type.state_space}, state, settings)
+        parents = {self.control: self.control_type.state_space}
+        return self.target_type(self.target, parents, initial=state, settings=settings)
 
     def sprite(self) -> Image.Image:
         """What is driven from above, pointing to the right: a car."""

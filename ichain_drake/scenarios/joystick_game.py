@@ -157,7 +157,8 @@ class JoystickGame(HeldControl):
     def make_control(self, setting: FloatArray, settings: ObjectSettings) -> Joystick:
         """The joystick."""
         state = Joystick.state_at_tilt(tilt_from_axes(setting))
-        return Joystick(JOYSTICK, {HAND: self.graph.objects[HAND]}, state, settings, self.config.joystick.mount())
+        hand, mount = {HAND: self.graph.objects[HAND]}, self.config.joystick.mount()
+        return Joystick(JOYSTICK, hand, mount, initial=state, settings=settings)
 
     def control_drawing(self) -> JoystickDrawing:
         """The joystick where it really is."""

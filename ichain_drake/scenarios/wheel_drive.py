@@ -191,7 +191,8 @@ class WheelDrive(HeldControl):
 
     def make_control(self, setting: FloatArray, settings: ObjectSettings) -> Wheel:
         """The wheel."""
-        return Wheel(WHEEL, {HAND: self.graph.objects[HAND]}, setting, settings, self.config.wheel.mount())
+        hand, mount = {HAND: self.graph.objects[HAND]}, self.config.wheel.mount()
+        return Wheel(WHEEL, hand, mount, initial=setting, settings=settings)
 
     def control_drawing(self) -> WheelDrawing:
         """The wheel."""

@@ -95,7 +95,7 @@ def car_world(
     spaces = {hand: spec.space, stick: Joystick.state_space, car: Car.state_space}
     graph = InteractionGraph({n: spaces[n] for n in order(list(names))}, order([f"{hand}->{stick}", f"{stick}->{car}"]))
     made: dict[str, WorldObject] = {
-        stick: Joystick(stick, {hand: spec.space}, None, ObjectSettings(1, seed), MOUNT),
-        car: Car(car, {stick: Joystick.state_space}, None, (settings or {}).get("car", ObjectSettings(2, seed))),
+        stick: Joystick(stick, {hand: spec.space}, MOUNT, settings=ObjectSettings(1, seed)),
+        car: Car(car, {stick: Joystick.state_space}, settings=(settings or {}).get("car", ObjectSettings(2, seed))),
     }
     return World(graph, IdealHand(spec, spec.full(HOME[:2]), seed), {n: made[n] for n in order([stick, car])})

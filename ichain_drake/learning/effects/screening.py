@@ -129,6 +129,13 @@ class Screening:
         return self.error(columns) * (1.0 if self.preferred[columns[-1]] else LEARNING.preference)
 
 
+def _standardised(x: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+    """Columns that vary beyond rounding, and all columns with mean 0 and standard deviation 1."""
+    scale = x.std(axis=0)
+    usable = np.flatnonzero(scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12))
+    return usable, (x - x.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
+
+
 class CubicScreening:
     """The same for cubic regressions, which see thresholds of two columns together; few columns, single ticks.
 
@@ -140,9 +147,7 @@ class CubicScreening:
     """
 
     def __init__(self, x: FloatArray, y: FloatArray, group: NDArray[np.intp], judge: Sequence[tuple[int, int]]) -> None:
-        scale = x.std(axis=0)
-        self.usable = np.flatnonzero(scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12))
-        self._z = (x - x.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
+        self.usable, self._z = _standardised(x)
         self._y, self._group, self._judge = y, group, judge
         self._weight = np.array([b - a for a, b in judge], dtype=float)
         self._groups = [np.flatnonzero(group == g) for g in np.unique(group)]
@@ -195,9 +200,7 @@ class RectifiedScreening:
     """
 
     def __init__(self, x: FloatArray, y: FloatArray, group: NDArray[np.intp], judge: Sequence[tuple[int, int]]) -> None:
-        scale = x.std(axis=0)
-        self.usable = np.flatnonzero(scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12))
-        self._z = (x - x.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
+        self.usable, self._z = _standardised(x)
         up, down = np.sum(np.maximum(y, 0.0) ** 2), np.sum(np.minimum(y, 0.0) ** 2)
         self._y = y if up >= down else -y
         self._first = self._y > _BEYOND * self._y.max()

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar, Unpack
 
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
 from ichain_drake.objects.parents import only_hand, position_indices
 from ichain_drake.objects.touch import TouchRule
 from ichain_drake.state import FloatArray, StateSpace
@@ -41,11 +41,10 @@ class KnobControl(WorldObject, Generic[MountT]):
         self,
         name: str,
         parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
         mount: MountT | None = None,
+        **given: Unpack[ObjectArguments],
     ) -> None:
-        super().__init__(name, parents, initial, settings)
+        super().__init__(name, parents, **given)
         self.mount = self.mount_class() if mount is None else mount
         self._hand, space = only_hand(parents, name, f"a {self.state_space.type}")
         self._knob = position_indices(space, self.knob_axes, name)

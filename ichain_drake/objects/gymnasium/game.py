@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Unpack
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context
 
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ObjectArguments, ObjectSettings, ParentStates, WorldObject
 from ichain_drake.objects.gymnasium.actions import ActionMap
 from ichain_drake.objects.gymnasium.environment import GameEnvironment
 from ichain_drake.state import FloatArray, StateSpace
@@ -39,15 +39,14 @@ class GymnasiumGame(WorldObject):
         name: str,
         parents: Mapping[str, StateSpace],
         environment: GameEnvironment,
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
+        **given: Unpack[ObjectArguments],
     ) -> None:
         self.environment = environment
         self.state_space = environment.space  # type: ignore[misc]
         self.process_noise_size = 1 if environment.spec.stochastic else 0  # type: ignore[misc]
         self._action = ActionMap(environment.spec.actions, parents, environment.action_space.size, name)
-        self._seed = (settings or ObjectSettings()).seed
-        super().__init__(name, parents, initial, settings)
+        self._seed = (given.get("settings") or ObjectSettings()).seed
+        super().__init__(name, parents, **given)
         for port in _ENDS:
             index = environment.index(port)
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 import numpy as np
 from scipy.special import ndtri
 
 from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
 from ichain_drake.objects.hand_reading import HandReading
 from ichain_drake.objects.parents import only_hand
 from ichain_drake.objects.region import GATE, Region
@@ -80,11 +80,10 @@ class Button(WorldObject):
         self,
         name: str,
         parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
         mount: ButtonMount | None = None,
+        **given: Unpack[ObjectArguments],
     ) -> None:
-        super().__init__(name, parents, initial, settings)
+        super().__init__(name, parents, **given)
         self.mount = mount or ButtonMount()
         if not (self.mount.travel > 0 and self.mount.stiff > 0 and self.mount.reach > 0):
             raise InputError(f"{name}: travel, reach and stiff of a button are above 0; got {self.mount}")

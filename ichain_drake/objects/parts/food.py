@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 import numpy as np
 
 from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
 from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.objects.fault_clock import COUNTED, FaultClock
@@ -110,11 +110,10 @@ class Food(WorldObject):
         self,
         name: str,
         parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
         food: FoodSettings | None = None,
+        **given: Unpack[ObjectArguments],
     ) -> None:
-        super().__init__(name, parents, initial, settings)
+        super().__init__(name, parents, **given)
         self.food = food or FoodSettings()
         oven = self.food.oven
         for part in (oven.door, oven.button, oven.dial):

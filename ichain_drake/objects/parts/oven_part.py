@@ -10,12 +10,12 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 import numpy as np
 
 from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
 from ichain_drake.objects.hand_reading import HandReading
 from ichain_drake.objects.region import GATE, Region
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
@@ -64,12 +64,7 @@ class OvenPart(WorldObject):
     """
 
     def __init__(
-        self,
-        name: str,
-        parents: Mapping[str, StateSpace],
-        mount: PartMount,
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
+        self, name: str, parents: Mapping[str, StateSpace], mount: PartMount, **given: Unpack[ObjectArguments]
     ) -> None:
         if not (mount.travel > 0 and mount.axis in _AXES and min(mount.reach) > 0 and mount.stiff > 0):
             raise InputError(
@@ -79,7 +74,7 @@ class OvenPart(WorldObject):
             raise InputError(f"{name}: a part has one parent, the hand; {len(parents)} given")
         self.mount = mount
         self.state_space = self.make_space(mount)  # type: ignore[misc]
-        super().__init__(name, parents, initial, settings)
+        super().__init__(name, parents, **given)
         ((self._hand, space),) = parents.items()
         self._read = HandReading(space, name, grips=True)
         self._holding, self._offset, self._grip = (self.state_space.index(v.name) for v in _HIDDEN)
@@ -212,14 +207,9 @@ class Dial(OvenPart):
     state_space: ClassVar[StateSpace]
 
     def __init__(
-        self,
-        name: str,
-        parents: Mapping[str, StateSpace],
-        mount: PartMount,
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
+        self, name: str, parents: Mapping[str, StateSpace], mount: PartMount, **given: Unpack[ObjectArguments]
     ) -> None:
-        super().__init__(name, parents, mount, initial, settings)
+        super().__init__(name, parents, mount, **given)
         variables = parents[self._hand].variables
         rolls = [i for i, v in enumerate(variables) if v.role and (v.role.kind, v.role.axis) == ("orientation", "x")]
         if not rolls:

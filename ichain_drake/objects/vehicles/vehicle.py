@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar, Unpack
 
 import numpy as np
 
 from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
 
 ParametersT = TypeVar("ParametersT")
@@ -43,11 +43,10 @@ class Vehicle(WorldObject, Generic[ParametersT]):
         self,
         name: str,
         parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
         parameters: ParametersT | None = None,
+        **given: Unpack[ObjectArguments],
     ) -> None:
-        super().__init__(name, parents, initial, settings)
+        super().__init__(name, parents, **given)
         self.parameters = self.parameters_class() if parameters is None else parameters
         self._driver = next(iter(parents), "")
         if len(parents) != 1 or len(parents[self._driver].observable) != 2:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 import numpy as np
 
 from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
 from ichain_drake.objects.fault_clock import FaultClock
 from ichain_drake.objects.hand_reading import HandReading
@@ -80,9 +80,8 @@ class Cup(WorldObject):
         self,
         name: str,
         parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
         cup: CupSettings | None = None,
+        **given: Unpack[ObjectArguments],
     ) -> None:
         self.cup = cup or CupSettings()
         tanks = vessels(parents)
@@ -94,7 +93,7 @@ class Cup(WorldObject):
                     "CupSettings.outlets or CupSettings.inlets"
                 )
         self.state_space = self.space(tanks)  # type: ignore[misc]
-        super().__init__(name, parents, initial, settings)
+        super().__init__(name, parents, **given)
         self._read = HandReading(parents[self._hand], name, grips=True)
         self._exchange = Exchange(name, self.state_space, parents)
         self._pourers = {t: position_indices(parents[t], "xyz", name, t) for t in tanks if t in self.cup.inlets}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 import numpy as np
 
 from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates
+from ichain_drake.objects.base import ObjectArguments, ParentStates
 from ichain_drake.objects.parents import level_index
 from ichain_drake.objects.region import Region
 from ichain_drake.objects.vessels.cup import UPRIGHT, Cup, inclination
@@ -65,10 +65,9 @@ class Kettle(Cup):
         self,
         name: str,
         parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
         cup: CupSettings | None = None,
         kettle: KettleSettings | None = None,
+        **given: Unpack[ObjectArguments],
     ) -> None:
         self.kettle = kettle or KettleSettings()
         switch = self.kettle.switch
@@ -76,7 +75,7 @@ class Kettle(Cup):
         if not (self.kettle.heat_rate > 0 and self.kettle.spout_emptying > 0):
             raise InputError(f"{name}: heat_rate and spout_emptying must be above 0; correct KettleSettings")
         self._heaters = (switch,) if switch else ()
-        super().__init__(name, parents, initial, settings, cup)
+        super().__init__(name, parents, cup, **given)
         self._heat = self.state_space.index("heat_added")
 
     def step(

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 import numpy as np
 
 from ichain_drake.errors import InputError
-from ichain_drake.objects.base import ObjectSettings, ParentStates, WorldObject
+from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
 from ichain_drake.objects.camera import FRAME as CAMERA
 from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.objects.parents import level_index, position_indices
@@ -72,9 +72,8 @@ class Tank(WorldObject):
         self,
         name: str,
         parents: Mapping[str, StateSpace],
-        initial: FloatArray | None = None,
-        settings: ObjectSettings | None = None,
         tank: TankSettings | None = None,
+        **given: Unpack[ObjectArguments],
     ) -> None:
         self.tank = tank or TankSettings()
         buttons = {self.tank.drain, self.tank.heater} - {""}
@@ -84,7 +83,7 @@ class Tank(WorldObject):
             if "flow" not in parents[cup].names:
                 raise InputError(f"{name}: its parent {cup} is neither one of its buttons nor a vessel")
         self.state_space = self.space(cups, seen=self.tank.stands is not None)  # type: ignore[misc]
-        super().__init__(name, parents, initial, settings)
+        super().__init__(name, parents, **given)
         self._exchange = Exchange(name, self.state_space, parents)
         self._heat = self.state_space.index("heat_added")
         self._cups = {c: position_indices(parents[c], "xyz", name, c) for c in cups}

@@ -11,11 +11,10 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import ChainController, make_controller
 from ichain_drake.demonstrations.table import Demonstration
-from ichain_drake.errors import IchainError, InputError, WorkerLostError
+from ichain_drake.errors import IchainError, InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.chain.chain import LearnedChain, LinkCandidates, learn_chain, replace_samples
 from ichain_drake.robot import Physics
-from ichain_drake.runs.clusters.backend import opened
 from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.following import follow, oracle_follow
@@ -29,7 +28,7 @@ from ichain_drake.runs.paths.result import PathResult
 from ichain_drake.runs.paths.summary import ORACLE, summarise
 from ichain_drake.runs.pieces import check_settings
 from ichain_drake.runs.row_file import RowFile
-from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
+from ichain_drake.runs.runner import evaluate_jobs
 from ichain_drake.scenarios.base import PathScenario
 
 FULL = 500
@@ -143,15 +142,7 @@ def evaluate_paths(
         flat = [row for seed in rows.of(i for job in work for i in job.ids) for row in seed]
         return {"rows": flat, "table": summarise(flat)}
 
-    try:
-        with opened(workers, progress) as backend:
-            run_jobs(work, backend, rows, progress, _label, workers.trial_timeout)
-    except WorkerLostError as lost:
-        lost.found = found()
-        raise
-    except KeyboardInterrupt:
-        raise EvaluationInterrupted(found()) from None
-    return found()
+    return evaluate_jobs(work, workers, rows, found, progress, _label)
 
 
 def _label(last: str, done: int, total: int) -> str:

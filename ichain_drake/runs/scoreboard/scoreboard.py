@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ichain_drake.errors import WorkerLostError
-from ichain_drake.runs.clusters.backend import opened
 from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.row_file import RowFile
-from ichain_drake.runs.runner import EvaluationInterrupted, run_jobs
+from ichain_drake.runs.runner import evaluate_jobs
 from ichain_drake.runs.scoreboard.cases import FIRST_SEED, Case
 from ichain_drake.runs.scoreboard.table import make_line
 from ichain_drake.runs.scoreboard.trials import make_jobs
@@ -51,15 +49,7 @@ def run_scoreboard(
         return {"table": table, "rows": flat}
 
     work = make_jobs(cases, first_seed)
-    try:
-        with opened(workers, say) as backend:
-            run_jobs(work, backend, rows, say, _label, workers.trial_timeout)
-    except WorkerLostError as lost:
-        lost.found = found()
-        raise
-    except KeyboardInterrupt:
-        raise EvaluationInterrupted(found()) from None
-    return found()
+    return evaluate_jobs(work, workers, rows, found, say, _label)
 
 
 def _label(name: str, done: int, total: int) -> str:

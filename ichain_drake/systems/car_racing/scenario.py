@@ -118,7 +118,8 @@ class CarRacing(JoystickGame):
 
     def make_target(self, state: FloatArray, settings: ObjectSettings) -> WorldObject:
         """The game."""
-        return GymnasiumGame(CAR, {JOYSTICK: Joystick.state_space}, self.environment, state, settings)
+        stick = {JOYSTICK: Joystick.state_space}
+        return GymnasiumGame(CAR, stick, self.environment, initial=state, settings=settings)
 
     def state_at(self, position: FloatArray, heading: float, speed: float, setting: FloatArray) -> FloatArray:
         """The car at a place, whatever the stick."""

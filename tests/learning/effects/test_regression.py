@@ -44,6 +44,8 @@ def test_what_overflows_is_found_with_its_threshold(seed: int) -> None:
     assert set(found.columns) == {1, 4}
     assert found.estimator == "rectified_linear()"
     np.testing.assert_allclose(found(x[:, list(found.columns)]), y, atol=0.01)
+    shown = x[:, list(found.columns)].max(axis=0)
+    np.testing.assert_array_equal(found(shown[None] + 2.0), found(shown[None]))  # a bend ends there
 
 
 def test_a_linear_change_stays_linear() -> None:
@@ -52,6 +54,7 @@ def test_a_linear_change_stays_linear() -> None:
     assert found is not None
     assert found.columns == (2,)
     assert found.estimator.startswith("polynomial(degree=1")
+    np.testing.assert_allclose(found(np.array([[5.0]])), 0.5, atol=0.02)  # a line goes on where nothing was shown
 
 
 def test_what_roles_declare_is_taken_as_it_is_though_its_noise_would_bias_a_fit() -> None:

@@ -218,5 +218,5 @@ def test_what_does_not_fit_is_refused_in_a_line(
     parents: dict, cup: CupSettings | None, kettle: KettleSettings | None, says: str
 ) -> None:
     with pytest.raises(InputError, match=says) as error:
-        Kettle("kettle", parents, None, None, cup or kettle_settings(), kettle)
+        Kettle("kettle", parents, cup or kettle_settings(), kettle)
     assert "\n" not in str(error.value)
