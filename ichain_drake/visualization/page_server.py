@@ -46,6 +46,8 @@ class PageServer:
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
+        # Whoever made the answers, with a scene perhaps that only the main thread may end, is held no longer.
+        self._pages, self._takes, self._other = {}, {}, lambda path: 404
 
     def _handler(self) -> type[BaseHTTPRequestHandler]:
         server = self

@@ -1,7 +1,9 @@
 """The server of pages: what it takes, and from whom."""
 
+import gc
 import http.client
 import json
+import weakref
 from typing import Any
 
 import pytest
@@ -53,3 +55,25 @@ def test_pages_of_others_and_what_is_none_are_refused(
 ) -> None:
     assert ask(server, "POST", path, body, **headers)[0] == status
     assert server.taken == []  # type: ignore[attr-defined]
+
+
+def test_who_made_its_pages_is_not_held_once_it_is_closed() -> None:
+    class Maker:
+        def __init__(self) -> None:
+            self.server = PageServer({"/": self.make}, lambda path: self.make(), {"/save": self.take})
+
+        def make(self) -> tuple[bytes, str]:
+            return b"", ""
+
+        def take(self, sent: Any) -> Any:
+            return sent
+
+    maker = Maker()
+    held = weakref.ref(maker)
+    maker.server.close()
+    gc.disable()  # which may run in any thread
+    try:
+        del maker
+        assert held() is None
+    finally:
+        gc.enable()
