@@ -10,7 +10,7 @@ import yaml
 
 from ichain_drake.cli.main import main
 from ichain_drake.demonstrations import read_folder, write_demonstration
-from ichain_drake.runs.discovery import joined
+from ichain_drake.runs.discovery_scores import joined
 
 PIECES = bath_log.pieces()
 ENDS = [sum(len(p) for p in PIECES[: k + 1]) for k in range(len(PIECES))]

@@ -8,7 +8,7 @@ import pytest
 
 from ichain_drake.cli.main import main
 from ichain_drake.demonstrations import read_folder, write_demonstration
-from ichain_drake.runs.discovery import joined
+from ichain_drake.runs.discovery_scores import joined
 
 PIECES = bath_log.pieces(2)
 

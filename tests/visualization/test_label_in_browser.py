@@ -14,7 +14,7 @@ from patience import until
 from ichain_drake.cli.main import main
 from ichain_drake.demonstrations import read_folder, write_demonstration
 from ichain_drake.learning.discovery.marks import read_marks
-from ichain_drake.runs.discovery import joined
+from ichain_drake.runs.discovery_scores import joined
 
 PIECES = bath_log.pieces()
 FIRST = len(PIECES[0])

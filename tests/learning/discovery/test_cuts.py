@@ -9,7 +9,7 @@ import pytest
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.learning.discovery.cuts import cut_pieces
-from ichain_drake.runs.discovery import joined
+from ichain_drake.runs.discovery_scores import joined
 from ichain_drake.timing import TICK
 
 PIECES = bath_log.pieces()

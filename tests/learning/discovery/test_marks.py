@@ -10,7 +10,7 @@ import pytest
 from ichain_drake.errors import InputError
 from ichain_drake.learning.discovery.cuts import cut_pieces
 from ichain_drake.learning.discovery.marks import Mark, check_marks, make_marks, marked, read_marks, write_marks
-from ichain_drake.runs.discovery import joined
+from ichain_drake.runs.discovery_scores import joined
 from ichain_drake.timing import TICK
 
 PIECES = bath_log.pieces()
