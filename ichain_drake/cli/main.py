@@ -23,6 +23,7 @@ from ichain_drake.cli.label import label
 from ichain_drake.cli.library_commands import library
 from ichain_drake.cli.logs import export_command, import_command
 from ichain_drake.cli.options import PATH, options, scenario_named
+from ichain_drake.cli.robot import robot
 from ichain_drake.cli.scoreboard import scoreboard
 from ichain_drake.cli.teaching import learn, relearn, teach
 from ichain_drake.errors import IchainError, UnreachableError, WorkerLostError
@@ -50,6 +51,7 @@ for _command in (
     import_command,
     export_command,
     library,
+    robot,
 ):
     app.add_command(_command)
 
@@ -89,6 +91,7 @@ def settings(scenario: str | None, constants: bool) -> None:
 @click.option("--oracle/--no-oracle", help="also run the oracle, for comparison; it takes longer than the run")
 @click.option("--meshcat", is_flag=True, help="show it in the web browser while it runs")
 @click.option("--realtime", is_flag=True, help="with --meshcat: as slow as in reality")
+@click.option("--robot", metavar="ADDRESS", default="", help="drive the robot there; see `ichain robot`")
 @options("settings")
 def run(
     scenario: str,
@@ -112,6 +115,7 @@ def run(
     oracle: bool,
     meshcat: bool,
     realtime: bool,
+    robot: str,
     settings: tuple[str, ...],
 ) -> int:
     """Do the whole main job: demonstrations, learning, control, report, playback.
@@ -119,7 +123,7 @@ def run(
     SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
     """
     from ichain_drake import rules
-    from ichain_drake.cli.run import RunFiles, asked_for, run_scenario, taught_by
+    from ichain_drake.cli.run import RunFiles, asked_for, robot_asked_for, run_scenario, taught_by
     from ichain_drake.runs.goals.unlabelled import Taught
 
     if more and not (paths or goal):
@@ -132,6 +136,7 @@ def run(
         asked = (goal, [*paths, *more]) if paths else ([*goal, *more], paths)
         taught = taught_by(loaded, Taught(unlabelled, no_graph, graph_file))
         started = asked_for(loaded, asked[0], path, asked[1], smooth=smooth, taught=taught)
+        started.robot = robot_asked_for(started, robot, oracle=oracle)
         return run_scenario(
             started, files, path, demos, library, oracle=oracle, resampled=resample, meshcat=meshcat, realtime=realtime
         )

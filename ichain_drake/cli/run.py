@@ -191,6 +191,19 @@ def asked_for(
     return start_run(scenario, choose_paths(scenario, paths, path), smooth=smooth)
 
 
+def robot_asked_for(run: PathRun | GraphRun, address: str, *, oracle: bool) -> str:
+    """The address of the robot that a run drives; empty for a world of its own.
+
+    Raises:
+        InputError: on what a robot elsewhere can't do.
+    """
+    if address and isinstance(run, PathRun) and len(run.paths) > 1:
+        raise InputError("--robot: it can't be put back to a start; give one path with --paths NAME or --path FILE")
+    if address and oracle:
+        raise InputError("--robot: the oracle needs the true model of a world in this process; leave --oracle out")
+    return address
+
+
 def run_scenario(
     run: PathRun | GraphRun,
     files: RunFiles,

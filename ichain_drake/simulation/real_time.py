@@ -19,9 +19,13 @@ class FrameClock:
 
     Due times are counted from the start, so that a frame that is a little late shortens the next wait and the mean
     period stays 1/30 s. After a longer stall the count starts anew.
+
+    Args:
+        pace: simulated seconds in a second.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, pace: float = 1.0) -> None:
+        self._period = FRAME / pace
         self._due = time.monotonic()
         self._woken: list[float] = []
         self._late: deque[float] = deque(maxlen=100)
@@ -49,8 +53,8 @@ class FrameClock:
             time.sleep(left)
         now = time.monotonic()
         self._woken.append(now)
-        behind = (now - self._due) / FRAME
-        self._due = now + FRAME if behind > _STALL else self._due + FRAME
+        behind = (now - self._due) / self._period
+        self._due = now + self._period if behind > _STALL else self._due + self._period
         late = behind > _LATE
         if late:
             self.late += 1

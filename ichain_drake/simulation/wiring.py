@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -16,6 +17,7 @@ from ichain_drake.control.planning.plan import Goal, States
 from ichain_drake.control.planning.planner import PLANNERS, GraphPlanner, SearchSettings
 from ichain_drake.control.planning.skills import OwnSkills, Skills
 from ichain_drake.control.tracking.chain import ChainController, make_controller
+from ichain_drake.control.tracking.foresight import foreseen
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.control.tracking.systems import Controller, PathController
 from ichain_drake.errors import InputError
@@ -39,7 +41,8 @@ def wire(builder: DiagramBuilder, world: World, commander: System, truth: Sequen
         builder: has both.
         world: the world.
         commander: a system with an output port `hand_command`; its inputs `<object>` and `<object>.measured` are
-            connected to what is measured of that object, `<object>.valid` to whether that is valid.
+            connected to what is measured of that object, `<object>.valid` to whether that is valid, and `delay` to
+            how late a command acts, in a world that knows it.
         truth: names of objects whose full state is connected to the input of their name; only an oracle reads it.
     """
     for name in world.graph.objects:
@@ -47,6 +50,8 @@ def wire(builder: DiagramBuilder, world: World, commander: System, truth: Sequen
         for port, source in ((name, read), (f"{name}.measured", "measured"), (f"{name}.valid", "valid")):
             if commander.HasInputPort(port):
                 builder.Connect(world.GetOutputPort(f"{name}.{source}"), commander.GetInputPort(port))
+    if commander.HasInputPort("delay") and world.HasOutputPort("delay"):
+        builder.Connect(world.GetOutputPort("delay"), commander.GetInputPort("delay"))
     builder.Connect(commander.GetOutputPort("hand_command"), world.GetInputPort("hand_command"))
 
 
@@ -54,7 +59,7 @@ def path_controller(chain: LearnedChain, controller: ChainController, path: Time
     """The system that follows a path with a learned chain."""
     spaces = {n: chain.graph.objects[n].observable for n in chain.names}
     middle = (chain.command_lower + chain.command_upper) / 2
-    decides = Controller(controller.policy, spaces, len(chain.targets), middle)
+    decides = Controller(controller.policy, spaces, len(chain.targets), middle, foresee=partial(foreseen, chain))
     return PathController(decides, path, chain.names[-1], spaces[chain.names[-1]], chain.targets)
 
 

@@ -60,14 +60,18 @@ class World(Diagram):
                 builder.Connect(robot.GetOutputPort(f"{name}_touch"), system.GetInputPort("touch"))
         if robot.HasInputPort("hand_command"):
             builder.ExportInput(robot.GetInputPort("hand_command"), "hand_command")
-        for name in graph.objects:
-            for port in ("state", "measured", "valid", "active"):
-                if self.system(name).HasOutputPort(port):
-                    builder.ExportOutput(self.system(name).GetOutputPort(port), f"{name}.{port}")
+        self._export(builder)
         for port in [p for p in ("plant_positions", "query") if robot.HasOutputPort(p)]:
             builder.ExportOutput(robot.GetOutputPort(port), port)
         builder.BuildInto(self)
         self.set_name("world")
+
+    def _export(self, builder: DiagramBuilder) -> None:
+        """Ports of all systems as the world's own."""
+        for name in self.graph.objects:
+            for port in ("state", "measured", "valid", "active"):
+                if self.system(name).HasOutputPort(port):
+                    builder.ExportOutput(self.system(name).GetOutputPort(port), f"{name}.{port}")
 
     def system(self, name: str) -> System:
         """The system of an object or of the robot.

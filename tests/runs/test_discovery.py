@@ -1,6 +1,7 @@
 """Figures of what was found out of states."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import bath_log
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.discovery.search import FoundEdge
+from ichain_drake.runs import discovery
 from ichain_drake.runs.discovery_scores import cut_scores, edge_scores, one_recording_each, scores, summary
 from ichain_drake.timing import TICK
 
@@ -85,3 +87,34 @@ def test_pieces_of_the_same_columns_are_one_recording() -> None:
     assert resets == [[len(PIECES[0])], []]
     assert not any("->" in c for log in logs for c in log.table.columns)
     assert np.allclose(np.diff(logs[0].table["time"]), TICK)
+
+
+def test_an_edge_that_was_not_found_scores_nothing_and_one_that_no_piece_flags_all() -> None:
+    assert scores([], PIECES, bath_log.GRAPH)["flags"]["hand->lever"] == {"all": 0.0, "shown": 0.0, "switchings": 0.0}
+    bare = [replace(p, table=p.table.drop(columns="hand->lever")) for p in PIECES]
+    flags = scores([found("hand", "lever")], bare, bath_log.GRAPH)["flags"]["hand->lever"]
+    assert flags == {"all": 1.0, "shown": 1.0, "switchings": 1.0}
+
+
+def test_rows_in_which_nothing_shows_count_for_all_rows_alone() -> None:
+    late = found("hand", "lever", lag=1)
+    wrong = {p.name: late.on[p.name] != (p.table["hand->lever"].to_numpy() > 0.5) for p in PIECES}
+    flags = scores([replace(late, open=wrong)], PIECES, bath_log.GRAPH)["flags"]["hand->lever"]
+    assert flags["all"] < 1.0
+    assert flags["shown"] == 1.0
+
+
+def test_labels_know_the_graph_and_edges_do_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(discovery, "search", lambda *given: asked.append(f"labels of {len(given[3])} edges") or [])
+    nothing = SimpleNamespace(found=[])
+    monkeypatch.setattr(discovery, "discover_graph", lambda *given: asked.append("edges") or nothing)
+    kind = lambda *given: SimpleNamespace(  # noqa: E731 - a scenario's class
+        record_demonstrations=lambda: PIECES, graph=bath_log.GRAPH
+    )
+    trial = discovery.DiscoveryTrial(kind, (), "ideal", 7, ("labels", "edges"))  # type: ignore[arg-type]
+    rows = dict(trial.run(trial.ids))
+    assert asked == ["labels of 2 edges", "edges"]
+    assert list(rows) == ["labels/7", "edges/7"]
+    assert [r["method"] for r in rows.values()] == ["labels", "edges"]
+    assert all(r["shd"] == 2 for r in rows.values())

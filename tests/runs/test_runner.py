@@ -9,6 +9,7 @@ from joblib import delayed
 from toy_jobs import ToyJob, exhaust
 
 from ichain_drake.errors import InputError, WorkerLostError
+from ichain_drake.runs import runner
 from ichain_drake.runs.clusters.isolated import reason_of
 from ichain_drake.runs.clusters.local import LocalProcesses
 from ichain_drake.runs.row_file import RowFile, rows_beside
@@ -158,3 +159,19 @@ class TestRowFile:
         with pytest.raises(InputError, match="can't keep rows there"):
             RowFile(tmp_path / "file" / "rows.jsonl")
         assert rows_beside(tmp_path / "report.json").name == "report.rows.jsonl"
+
+
+def test_what_is_left_is_told_by_what_a_job_took_so_far(monkeypatch):
+    said: list[str] = []
+    clock = iter([100.0, 110.0, 130.0, 145.0])
+    monkeypatch.setattr(runner.time, "monotonic", lambda: next(clock))
+    progress = runner._Progress(6, 4, lambda line, fraction: said.append(f"{fraction:.2f} {line}"), None)
+    progress.one_done("a")
+    progress.one_done("b")
+    progress.one_done("c")
+    assert said == [
+        "0.33 2 of 6 were done before",
+        "0.50 3 of 6: a; about 30 s left",
+        "0.67 4 of 6: b; about 30 s left",
+        "0.83 5 of 6: c; about 15 s left",
+    ]

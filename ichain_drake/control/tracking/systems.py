@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, State
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, InputPort, State
 
 from ichain_drake.control.settings import TRACKING
 from ichain_drake.control.ticks import TickSystem
@@ -19,7 +19,8 @@ class Controller(TickSystem):
     """Closes the loop around a chain with `MoveTo` (paper, Algorithm 1).
 
     Ports: an input per object of the chain, named after it, for its `measured`; `target`, the wanted values of the
-    last object's target variables in the coming ticks, flattened (lookahead x n_targets). Outputs `hand_command`, and
+    last object's target variables in the coming ticks, flattened (lookahead x n_targets); with `foresee` also `delay`,
+    after how many ticks a command acts on what was measured, 0 if it is not connected. Outputs `hand_command`, and
     `wanted`, the states wanted of every object but the last, robot first.
 
     Args:
@@ -28,6 +29,7 @@ class Controller(TickSystem):
         n_targets: number of target variables.
         initial_command: hand command before the first decision, shape (n_hand,).
         inputs: sizes of the object ports where they differ from the observable ones (an oracle reads full states).
+        foresee: states of all objects so many ticks later, from these states, the command in force, and the ticks.
     """
 
     def __init__(
@@ -37,13 +39,16 @@ class Controller(TickSystem):
         n_targets: int,
         initial_command: FloatArray,
         inputs: Sequence[int] | None = None,
+        foresee: Callable[[Sequence[FloatArray], FloatArray, float], list[FloatArray]] | None = None,
     ) -> None:
         super().__init__("controller")
         self.policy = policy
+        self._foresee = foresee
         self._n_targets = n_targets
         sizes = [len(s) for s in chain.values()] if inputs is None else list(inputs)
         self._ports = [self.DeclareVectorInputPort(n, k) for n, k in zip(chain, sizes, strict=True)]
         self._target = self.DeclareVectorInputPort("target", policy.lookahead * n_targets)
+        self._delay = None if foresee is None else self.DeclareVectorInputPort("delay", 1)
         self._command = self.DeclareDiscreteState(np.asarray(initial_command, dtype=float))
         self._wanted = self.DeclareDiscreteState(sum(sizes[:-1]))
         self._memory = self.DeclareDiscreteState(policy.memory_size)
@@ -56,17 +61,25 @@ class Controller(TickSystem):
         states = [port.Eval(context)[None] for port in self._ports]
         wanted = self._target.Eval(context).reshape(1, -1, self._n_targets)
         memory = context.get_discrete_state(self._memory).value()[None]
+        delay = delay_of(self._delay, context)
+        if self._foresee is not None and delay > 0:
+            states = self._foresee(states, context.get_discrete_state(self._command).value()[None], delay)
         command, memory, handed_down = self.policy.decide(states, wanted, memory)
         discrete.set_value(self._command, command[0])
         discrete.set_value(self._memory, memory[0])
         discrete.set_value(self._wanted, np.concatenate([w[0] for w in handed_down]))
 
 
+def delay_of(port: InputPort | None, context: Context) -> float:
+    """What an optional input `delay` says [ticks]."""
+    return 0.0 if port is None or not port.HasValue(context) else float(port.Eval(context)[0])
+
+
 class PathFollower(TickSystem):
     """Follows a timed path: where the object should be in the coming ticks, from where it is now.
 
-    Ports: input `measured` of the object; outputs `target` (lookahead x 2 wanted positions, flattened) and `progress`
-    (index of the path's point that has been reached).
+    Ports: inputs `measured` of the object, and `delay`, see `Controller`; outputs `target` (lookahead x 2 wanted
+    positions, flattened) and `progress` (index of the path's point that has been reached).
 
     Args:
         path: the timed path.
@@ -81,6 +94,7 @@ class PathFollower(TickSystem):
         self._targets = list(targets)
         self._ahead = TICK * np.arange(1, lookahead + 1)
         self._measured = self.DeclareVectorInputPort("measured", len(space))
+        self._delay = self.DeclareVectorInputPort("delay", 1)
         self._progress = self.DeclareDiscreteState(1)
         self.DeclareVectorOutputPort("target", 2 * lookahead, self._calc_target)
         self.DeclareStateOutputPort("progress", self._progress)
@@ -91,7 +105,7 @@ class PathFollower(TickSystem):
         return self.path.advance(position, last, TRACKING.search * TICK)
 
     def _calc_target(self, context: Context, output: BasicVector) -> None:
-        now = self.path.time[self._reached(context)]
+        now = self.path.time[self._reached(context)] + TICK * delay_of(self._delay, context)
         output.SetFromVector(self.path.at_time(now + self._ahead).ravel())
 
     def decide(self, context: Context, state: State, tick: int) -> None:
@@ -102,8 +116,8 @@ class PathFollower(TickSystem):
 class PathController(Diagram):
     """A controller and the follower that tells it where the last object of its chain should be.
 
-    Ports: an input per object, as `Controller` has them, and `<followed>.measured`; outputs `hand_command`, `wanted`
-    and `progress`.
+    Ports: an input per object, as `Controller` has them, `<followed>.measured`, and `delay` where the controller has
+    it; outputs `hand_command`, `wanted` and `progress`.
 
     Args:
         controller: decides.
@@ -127,6 +141,8 @@ class PathController(Diagram):
             port = controller.get_input_port(i)
             if port.get_name() != "target":
                 builder.ExportInput(port, port.get_name())
+        if controller.HasInputPort("delay"):
+            builder.ConnectInput("delay", self.follower.GetInputPort("delay"))
         builder.ExportInput(self.follower.GetInputPort("measured"), f"{followed}.measured")
         for system, name in ((controller, "hand_command"), (controller, "wanted"), (self.follower, "progress")):
             builder.ExportOutput(system.GetOutputPort(name), name)

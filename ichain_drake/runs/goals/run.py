@@ -19,9 +19,11 @@ from ichain_drake.control.planning.goals import gap, parse_goal, value_of, words
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import OwnSkills
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.learning.discovery.labels import Labelled
+from ichain_drake.remote import RemoteWorld, connect
 from ichain_drake.runs.goals.settings import graph_spec, planner_of
 from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.learn import Known, learn_rest
@@ -58,6 +60,8 @@ class GraphRun:
         started: when, by the monotonic clock [s].
         taught: whether flags and edges are inferred from states.
         labels: what was inferred, where it was.
+        robot: address of a robot in another process; empty for a world in this one.
+        line: how the line to it was.
     """
 
     scenario: GoalScenario
@@ -77,6 +81,8 @@ class GraphRun:
     started: float = field(default_factory=time.monotonic)
     taught: Taught = field(default_factory=Taught)
     labels: Labelled | None = None
+    robot: str = ""
+    line: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.expressions = tuple(self.expressions) or own_goal(self.scenario)
@@ -102,6 +108,7 @@ class GraphRun:
             "given": given_of(scenario),
             "models": {} if self.model is None else self._models(),
             **({} if self.labels is None else {"labels": self.labels.report()}),
+            **({"line": self.line} if self.robot else {}),
             "metrics": {
                 "goal": list(self.expressions),
                 "replans": 0 if memory is None else memory.replans,
@@ -219,7 +226,7 @@ def run_graph(
         model = run.model = learn_rest(show, graph, known, spec or asked, say)
     with threadpool_limits(limits=1):
         say("planning")
-        world = run.scenario.make_world(run.number)
+        world = connect(run.robot, run.scenario.graph) if run.robot else run.scenario.make_world(run.number)
         run.goal = parse_goal(run.expressions, model, look(world))
         _execute(run, model, run.goal, world, own_skills, settings or ExecutorSettings(), say)
 
@@ -257,6 +264,10 @@ def _execute(
         _keep(run, episode)
         assert run.log is not None
         raise EpisodeInterrupted(run.log) from None
+    except UnreachableError as lost:  # the robot, where it is elsewhere
+        _keep(run, episode)
+        run.reason, run.cause = str(lost), "unreachable"
+        raise
     _keep(run, episode)
     assert run.memory is not None
     run.reason, run.cause = run.memory.reason, run.memory.cause
@@ -268,6 +279,8 @@ def _execute(
 def _keep(run: GraphRun, episode: GraphEpisode) -> None:
     run.memory, run.log, run.doing = episode.memory, episode.log(), episode.doing()
     run.goal = episode.controller.executor.goal  # a person may have changed it
+    if isinstance(episode.world, RemoteWorld):
+        run.line = episode.world.report()
 
 
 def _wrong(run: GraphRun) -> str:

@@ -16,6 +16,7 @@ from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.simulation.episode import EpisodeLog, follow_path
 from ichain_drake.simulation.wiring import path_controller
 from ichain_drake.timing import TICK
+from ichain_drake.world.world import World
 
 
 def follow(
@@ -25,6 +26,7 @@ def follow(
     name: str,
     path: TimedPath,
     number: int,
+    world: World | None = None,
 ) -> PathResult:
     """Follow one path with a learned controller.
 
@@ -35,8 +37,10 @@ def follow(
         name: of the path.
         path: the timed path.
         number: of the run; keys its noise.
+        world: to follow it in; by default one of the scenario's, at the start of the path.
     """
-    log, arrival = follow_path(scenario.make_world(path, number), path_controller(chain, controller, path))
+    world = scenario.make_world(path, number) if world is None else world
+    log, arrival = follow_path(world, path_controller(chain, controller, path))
     return measure_result(scenario, name, path, log, arrival, number)
 
 

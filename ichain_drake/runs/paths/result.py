@@ -81,6 +81,8 @@ class PathRun:
         reason: why the goal was or was not reached.
         started: when, by the monotonic clock [s].
         smooth: whether corners of the paths are rounded as far as the demonstrations ask for.
+        robot: address of a robot in another process; empty for a world in this one.
+        line: how the line to it was.
     """
 
     scenario: PathScenario
@@ -92,6 +94,8 @@ class PathRun:
     reason: str = "interrupted"
     started: float = field(default_factory=time.monotonic)
     smooth: bool = False
+    robot: str = ""
+    line: dict[str, Any] = field(default_factory=dict)
 
     @property
     def chain(self) -> LearnedChain | None:
@@ -124,6 +128,7 @@ class PathRun:
             "models": {} if self.chain is None else models_report(self.chain),
             "control": {} if self.controller is None else control_report(self.controller),
             "metrics": metrics,
+            **({"line": self.line} if self.robot else {}),
         }
 
 

@@ -11,6 +11,7 @@ from ichain_drake.control.tracking.chain import make_controller
 from ichain_drake.control.tracking.turns import check_turns, smooth_path
 from ichain_drake.errors import UnreachableError
 from ichain_drake.learning import InteractionModel
+from ichain_drake.remote import connect
 from ichain_drake.runs.learn import Known, learn
 from ichain_drake.runs.paths.following import follow, measure_result, oracle_follow
 from ichain_drake.runs.paths.result import PathRun
@@ -100,7 +101,9 @@ def _follow_all(run: PathRun, oracle: bool, say: Progress) -> None:
     for number, (name, path) in enumerate(run.paths.items()):
         say(f"following {name}")
         try:
-            result = follow(scenario, run.chain, run.controller, name, path, number)
+            world = connect(run.robot, scenario.graph) if run.robot else None
+            result = follow(scenario, run.chain, run.controller, name, path, number, world)
+            run.line = {} if world is None else world.report()
         except EpisodeInterrupted as stopped:
             log = whole_frames(stopped.log)
             if len(log.times) > 1:

@@ -150,3 +150,29 @@ def test_short_of_it_what_is_carried_goes_as_far_as_was_shown_beside_where_the_o
     assert isinstance(task.carrying, CarryTask)
     assert task.carrying.target == pytest.approx({0: 0.8})  # 0.3 beside the stove, which is at 0.5
     assert task.pushed
+
+
+def test_where_the_first_thing_does_not_follow_it_is_pressed_as_far_as_anybody_did_once() -> None:
+    """A stiff stove: the jug over it is inactive until the robot is further than it was sent."""
+    model, step, now = jug()
+    take, warm = step.chain
+    model.gates[warm] = lambda s: np.where(s["jug"][..., 0] > 9.0, 1.0, -1.0)
+    model.gates[take] = lambda s: np.ones(len(s["jug"]))
+    shown = {n: np.array([[v] if n != "stove" else [0.0, 0.2 + v] for v in (0.0, 0.1, 0.3)]) for n in now}
+    model.edges[warm].examples.active = shown
+    model.edges[take].relative = False
+    task = DriveTask(take, step=step, goal=np.array([0.6]), arrived=True)
+    readings: list[dict[str, np.ndarray]] = []
+    answers = []
+    robot = np.array([0.6])
+    for _ in range(40):
+        readings.append({**now, "robot": robot})
+        answers.append(task.act(View(model, SKILLS, readings, robot)))
+        if isinstance(answers[-1], Failed):
+            break
+        robot = np.asarray(answers[-1])
+    assert task.pushed
+    assert isinstance(answers[-1], Failed), "once, and no more"
+    assert answers[-1].edge == warm
+    kept = [k for k, a in enumerate(answers) if isinstance(a, np.ndarray)]
+    assert len(kept) > 6, "it did not give up at the first"

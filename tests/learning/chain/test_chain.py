@@ -143,3 +143,12 @@ def test_a_candidate_that_fails_does_not_spoil_the_others() -> None:
     mixed = (EstimatorSpec("polynomial", {"degree": 9}), *DEGREE_2)
     link = learn_link([demonstrate(rows=40)], GRAPH, TO_CART, LinkCandidates(mixed, mixed), [0])
     assert str(link.forward.spec).startswith("polynomial(degree=2)")
+
+
+def test_a_hand_that_is_off_as_much_one_way_as_the_other_gets_a_learned_command_too() -> None:
+    states = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 2))
+    states -= states.mean(axis=0)
+    found = learn_command(1.1 * states, states)
+    assert found is not None
+    np.testing.assert_allclose(found.batch(np.array([[0.5, 0.2]])), [[0.55, 0.22]], atol=1e-6)
+    assert learn_command(states, states) is None

@@ -1,5 +1,7 @@
 """Which columns and which estimator describe a change, and when there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -73,3 +75,13 @@ def test_what_roles_declare_is_not_taken_where_it_explains_nothing() -> None:
     found = chosen(x, 0.1 * x[:, 2] + readings_noise(rng), 3)
     assert found is not None
     assert found.columns == (2,)
+
+
+def test_a_change_within_the_dead_band_is_none_and_one_beyond_it_is_whole() -> None:
+    x, rng = columns(1)
+    found = chosen(x, 0.1 * x[:, 2] + readings_noise(rng))
+    assert found is not None
+    rows = np.array([[0.1], [-0.1], [0.9], [-0.9]])
+    plain = replace(found, dead_band=0.0)(rows)
+    np.testing.assert_allclose(plain, [0.01, -0.01, 0.09, -0.09], atol=0.002)
+    np.testing.assert_array_equal(replace(found, dead_band=0.05)(rows), [0.0, 0.0, plain[2], plain[3]])

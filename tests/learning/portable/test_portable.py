@@ -26,6 +26,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import Origin
 from ichain_drake.learning import InteractionModel
 from ichain_drake.learning.chain.models import ForwardModel, InverseModel
+from ichain_drake.learning.effects.columns import Column
 from ichain_drake.learning.estimators import PolynomialGaussianProcess, PolynomialRegressor
 from ichain_drake.learning.estimators.rectified import RectifiedLinearRegressor
 from ichain_drake.learning.features import StateFeatures
@@ -43,6 +44,7 @@ from ichain_drake.learning.portable import (
 )
 from ichain_drake.learning.portable.frozen import add_frozen
 from ichain_drake.learning.portable.graph import OnnxGraph
+from ichain_drake.learning.portable.interaction import _column
 from ichain_drake.learning.status.box import Box
 from ichain_drake.runs.library import save
 from ichain_drake.state import Role, StateSpace, Variable
@@ -223,3 +225,25 @@ def test_what_has_no_form_in_onnx_is_told(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "onnx", None)
     with pytest.raises(InputError, match=r"writing ONNX needs onnx; .*pip install 'ichain_drake\[onnx\]'"):
         OnnxGraph("g")
+
+
+@pytest.mark.parametrize("view", ["plain", "cos", "sin"])
+@pytest.mark.parametrize("source", ["parent", "child"])
+def test_columns_of_an_effect_are_seen_as_they_are_here(view: str, source: str) -> None:
+    column = Column(source, "it", 1, view)  # type: ignore[arg-type]
+    graph = OnnxGraph("column")
+    tables = {n: RNG.normal(size=(5, 2)) for n in ("parent", "parent_next", "child")}
+    names = [graph.input(n, 2) for n in tables]
+    graph.output("y", _column(graph, column, *names), 1)
+    here = column(*tables.values())
+    wanted = {"plain": lambda v: v, "cos": np.cos, "sin": np.sin}[view]
+    np.testing.assert_allclose(here, wanted(tables["parent_next" if source == "parent" else "child"][:, 1]))
+    used = {k: v for k, v in tables.items() if k == ("parent_next" if source == "parent" else "child")}
+    (there,) = run_graph_of(graph, used).values()
+    np.testing.assert_allclose(there[:, 0], here, atol=1e-12)
+
+
+def run_graph_of(graph: OnnxGraph, tables: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    session = runtime.InferenceSession(graph.to_bytes({}), providers=["CPUExecutionProvider"])
+    given = {i.name: tables.get(i.name, np.zeros((5, 2))) for i in session.get_inputs()}
+    return dict(zip([o.name for o in session.get_outputs()], session.run(None, given), strict=True))

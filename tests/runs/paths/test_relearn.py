@@ -2,12 +2,14 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from ichain_drake.cli.main import main
 from ichain_drake.errors import InputError
+from ichain_drake.runs.paths import relearn
 from ichain_drake.runs.paths.relearn import WAYS, relearn_link, summarise_ways
 from ichain_drake.systems import load_scenario
 
@@ -129,3 +131,31 @@ def relearn_rows(
 ) -> dict[str, dict]:
     changed, original = (load_scenario(game, [*FAST, *more], "ideal", seed) for more in (settings, ()))
     return rows_of(relearn_link(changed, original, link, library, ways=ways))  # type: ignore[arg-type]
+
+
+def test_a_path_whose_end_was_not_reached_is_named_and_has_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = load_scenario("car_game", (), "ideal", 0)
+
+    def followed(scenario: object, chain: object, controller: object, name: str, path: object, number: int) -> object:
+        return SimpleNamespace(completed=name != "spiral", error=0.25 + number)
+
+    monkeypatch.setattr(relearn, "follow", followed)
+    link = SimpleNamespace(
+        source="demonstrations", interaction=SimpleNamespace(name="a->b"), forward=SimpleNamespace(samples=7),
+        robot_seconds=3.0,
+    )  # fmt: skip
+    known = SimpleNamespace(**{**vars(link), "source": "library"})
+    chain = SimpleNamespace(links=[known, link])
+    row = relearn._row(scenario, relearn.ANEW, lambda: (chain, None), lambda line: None)  # type: ignore[arg-type, return-value]
+    assert row["paths"] == {"eight": 0.25, "spiral": None, "cursive": 2.25}
+    assert row["reason"] == "the end was not reached on: spiral"
+    assert (row["relearned"], row["new_samples"], row["robot_seconds"]) == (["a->b"], 7, 3.0)
+    old = relearn._row(scenario, relearn.STALE, lambda: (chain, None), lambda line: None, new=False)  # type: ignore[arg-type, return-value]
+    assert (old["relearned"], old["new_samples"]) == ([], 0)
+
+
+def test_a_ratio_is_the_mean_over_the_paths_and_none_where_one_was_lost() -> None:
+    assert relearn._ratio({"a": 1.0, "b": 3.0}, {"a": 2.0, "b": 2.0}) == 1.0
+    assert relearn._ratio({"a": 1.0, "b": None}, {"a": 2.0, "b": 2.0}) is None
+    assert relearn._ratio({"a": 1.0}, {"a": 2.0, "b": 2.0}) is None
+    assert relearn._ratio({}, {}) is None

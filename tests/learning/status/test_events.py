@@ -1,0 +1,57 @@
+"""Demonstrated events of the robot's interactions, each with its surroundings and nothing of another event."""
+
+import numpy as np
+import pandas as pd
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.settings import LEARNING
+from ichain_drake.learning.status.events import SwitchingWindow, collect_windows
+from ichain_drake.state import StateSpace, Variable
+from ichain_drake.timing import TICK
+
+HAND = StateSpace("hand", (Variable("x", "m"), Variable("grip", kind="binary", lower=0, upper=1)))
+BOX, LID = StateSpace("box", (Variable("x", "m"),)), StateSpace("lid", (Variable("x", "m"),))
+GRAPH = InteractionGraph({"hand": HAND, "box": BOX, "lid": LID}, ["hand->box", "box->lid"])
+EDGE = Interaction("hand", "box")
+
+
+def windows(grip: str, flags: str) -> tuple[tuple[SwitchingWindow, ...], tuple[SwitchingWindow, ...]]:
+    """On and off, of a hand whose x is the row and a box whose x is a tenth of it."""
+    rows = np.arange(len(flags))
+    table = {"time": TICK * rows, "hand.x": 1.0 * rows, "hand.grip": [float(c) for c in grip], "box.x": 0.1 * rows}
+    table |= {"lid.x": 0.0 * rows, "hand->box": [float(c) for c in flags], "box->lid": 0.0 * rows}
+    on, off = collect_windows([Demonstration(pd.DataFrame(table))], GRAPH)
+    assert set(on) == set(off) == {EDGE}, "the robot's own alone"
+    return on[EDGE], off[EDGE]
+
+
+def rows_of(window: SwitchingWindow) -> list[int]:
+    return [int(x) for x in window.root[:, 0]]
+
+
+def test_an_event_has_its_surroundings_and_the_child_before_it() -> None:
+    before, after = 30, 30
+    grip = "0" * before + "1" * after
+    (on,), off = windows(grip, grip)
+    assert off == ()
+    assert on.child[0] == np.float64(0.1 * (before - 1))
+    assert rows_of(on) == list(range(before - LEARNING.look, before + LEARNING.ticks + 1))
+    assert rows_of(on)[on.event] == before
+
+
+def test_the_windows_of_two_events_do_not_overlap() -> None:
+    flags = "0" * 9 + "1" * 2 + "0" * 9
+    (on,), (off,) = windows("0" * 9 + "1" * 2 + "0" * 9, flags)
+    assert rows_of(on)[-1] == 10
+    assert rows_of(off)[0] == 9
+    assert rows_of(off)[off.event] == 11
+
+
+def test_an_attempt_that_failed_before_is_no_part_of_it() -> None:
+    """The hand closes in row 4 and opens in row 6 for nothing; what it does from then on leads to row 9."""
+    grip = "0000110001111"
+    (on,), _ = windows(grip, "0000000001111")
+    assert rows_of(on)[0] == 6
+    assert rows_of(on)[on.event] == 9
+    assert on.root[:3, 1].tolist() == [0.0, 0.0, 0.0]
