@@ -29,6 +29,7 @@ class Page:
         from selenium.webdriver.common.keys import Keys
 
         self.browser, self.chains, self.keys = browser, ActionChains, Keys
+        browser.driver.set_window_size(1200, 900)  # other tests leave it small
         browser.open(address)
 
     def canvas(self, panel: int):
