@@ -54,3 +54,16 @@ def test_cuts_are_evaluated(tmp_path: Path) -> None:
     (line,) = json.loads(report.read_text())["table"]
     assert line["precision"] == 1.0
     assert line["recall"] >= 0.8
+
+
+def test_a_log_of_another_rate_is_refused_whole(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    lines = log.read_text().splitlines()
+    header = lines[0].split(",")
+    at = header.index("time")
+    rows = [line.split(",") for line in lines[1:]]
+    quick = [",".join([*r[:at], str(0.1 * k), *r[at + 1 :]]) for k, r in enumerate(rows)]
+    file = tmp_path / "quick.csv"
+    file.write_text("\n".join([lines[0], *quick]))
+    assert main(["cut", str(file), "-o", str(tmp_path / "demos"), "--robot", "hand"]) == 2
+    assert "quick.csv: line 3, column time: 0.1 s since the previous row" in capsys.readouterr().err
+    assert not list((tmp_path / "demos").iterdir())

@@ -169,12 +169,15 @@ def cut_pieces(
 
 
 def _readable(log: Demonstration, graph: InteractionGraph) -> bool:
-    """Whether there are times, rows and finite numbers; who checks the piece says what is wrong with it."""
+    """Whether there are rows at the period and finite numbers; who checks the piece says what is wrong with it."""
     if list(log.table.columns).count(TIME) != 1 or len(log) < 2 or log.table.columns.duplicated().any():
+        return False
+    times = as_numbers(log.table[TIME])
+    if not abs(float(np.median(np.diff(times))) - TICK) < (GAP - 1.0) * TICK:  # of another rate, or no times
         return False
     held = [n for n, s in graph.objects.items() if log.has(n, s)]
     values = [as_numbers(log.table[f"{n}.{v}"]) for n in held for v in graph.objects[n].observable.names]
-    return bool(held) and all(np.isfinite(x).all() for x in (as_numbers(log.table[TIME]), *values))
+    return bool(held) and all(np.isfinite(x).all() for x in (times, *values))
 
 
 def _interruptions(
@@ -184,12 +187,11 @@ def _interruptions(
     times = as_numbers(log.table[TIME])
     steps = np.diff(times)
     cuts, bounds = [], {0, len(log)}
-    if abs(float(np.median(steps)) - TICK) < (GAP - 1.0) * TICK:  # of another rate all rows would be apart
-        for row in np.flatnonzero((steps > GAP * TICK) | (steps <= 0)) + 1:
-            step = steps[row - 1]
-            why = f"gap of {step:.4g} s" if step > 0 else f"the clock goes back {-step:.4g} s"
-            cuts.append(Cut(log.name, int(row), float(times[row]), why, 1.0, fixed=True))
-            bounds.add(int(row))
+    for row in np.flatnonzero((steps > GAP * TICK) | (steps <= 0)) + 1:
+        step = steps[row - 1]
+        why = f"gap of {step:.4g} s" if step > 0 else f"the clock goes back {-step:.4g} s"
+        cuts.append(Cut(log.name, int(row), float(times[row]), why, 1.0, fixed=True))
+        bounds.add(int(row))
     doubled = set()
     for a, b, c in twice:
         why = f"rows {a} to {b} repeat those from row {c} on"
