@@ -30,10 +30,10 @@ from ichain_drake.scenarios.base import PathScenario
 SEEDS = range(100, 106)
 """Of validation: reports begin at others."""
 CHOICES: dict[str, list[Any]] = {
-    "horizon": [3, 4, 5, 6, 8, 10, 14, 20, 28],
+    "horizon": [0.6, 0.8, 1.0, 1.2, 1.6],  # times the declared one
     "effort": [0.005, 0.01, 0.02, 0.05, 0.1, 0.2],
     "along": [0.1, 0.2, 0.4, 0.7, 1.0],
-    "iterations": [2, 3, 4, 6],
+    "iterations": [2, 3, 4, 5],
 }
 KEPT = 3
 """Of so many candidates one goes on to the next round."""
@@ -59,8 +59,9 @@ def search(system: str, first: int, jobs: int) -> dict[str, Any]:
     if not isinstance(scenario, PathScenario) or scenario.no_oracle:
         raise SystemExit(f"{system} has no oracle")
     declared = scenario.oracle_weights
-    drawn = ParameterSampler(CHOICES, first, random_state=0)
-    candidates = [declared, *(replace(declared, **values) for values in drawn)]
+    drawn = list(ParameterSampler(CHOICES, first, random_state=0))
+    drawn = [{**values, "horizon": max(2, round(values["horizon"] * declared.horizon))} for values in drawn]
+    candidates = list(dict.fromkeys([declared, *(replace(declared, **values) for values in drawn)]))
     found: dict[tuple[int, PredictiveWeights], list[float]] = {}
 
     def score(weights: PredictiveWeights, seeds: range) -> float:

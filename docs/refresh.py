@@ -79,6 +79,7 @@ def scoreboard_table(lines: Sequence[Mapping[str, Any]]) -> str:
         "physics",
         "fault",
         "success",
+        "also",
         "steps",
         "replans",
         "silent",
@@ -89,6 +90,7 @@ def scoreboard_table(lines: Sequence[Mapping[str, Any]]) -> str:
     rows = [
         (
             line["system"], line["task"], line["physics"], line["fault"], success([line]),
+            str(line["failed_without"] or ""),
             figure(line["median_steps"], 0), figure(line["mean_replans"], 1), str(line["silent"]),
             f"{figure(line['mean_error'], 3)} {line['unit']}".strip(), figure(line["ratio_to_oracle"], 2),
             figure(line["wall_seconds"], 0),

@@ -41,7 +41,7 @@ def line(system, task, physics, fault, reached, runs, **more):
         "row": f"{system}/{task}/{physics}/{fault}", "system": system, "task": task, "physics": physics, "fault": fault,
         "reached": reached, "runs": runs, "interval": success_interval(reached, runs), "median_steps": 300.0,
         "mean_replans": None, "silent": 0, "mean_error": 0.63, "unit": "px", "ratio_to_oracle": 1.05,
-        "wall_seconds": 9.0,
+        "wall_seconds": 9.0, "failed_without": None,
     } | more  # fmt: skip
 
 
@@ -55,7 +55,18 @@ def book(tmp_path):
         line("car_game", "eight", "ideal", "none", 20, 20),
         line("car_game", "spiral", "ideal", "none", 19, 20, mean_error=0.7, ratio_to_oracle=1.1),
         line("car_game", "eight", "ideal", "noise", 3, 20),
-        line("kettle", "goal", "contact", "none", 2, 7, mean_error=0.0, unit="of range", ratio_to_oracle=None),
+        line(
+            "kettle",
+            "goal",
+            "contact",
+            "none",
+            2,
+            7,
+            mean_error=0.0,
+            unit="of range",
+            ratio_to_oracle=None,
+            failed_without=3,
+        ),  # fmt: skip
     ]
     board = {**about, "command": "ichain scoreboard --trials 20", "table": lines}
     (tmp_path / "benchmarks" / "scoreboard.json").write_text(json.dumps(board))
@@ -85,7 +96,7 @@ def test_tables_are_rewritten_with_version_date_and_command(book, capsys):
     assert f"| [car game](docs/car_game.md) | {car}" in readme
     assert "| [bottle and kettle](docs/kettle.md) | hot water back in the bottle |  |  | 2/7 (.08-.64) |  |" in readme
     kettle = (book / "docs" / "kettle.md").read_text()
-    assert "| kettle | goal | contact | none | 2/7 (.08-.64) | 300 | - | 0 | 0.000 of range | - | 9 |" in kettle
+    assert "| kettle | goal | contact | none | 2/7 (.08-.64) | 3 | 300 | - | 0 | 0.000 of range | - | 9 |" in kettle
     assert "car_game" not in kettle
     assert f"{stamp}`ichain scoreboard --trials 20`" in kettle
     assert refresh.main(["--check"], book) == 0

@@ -19,7 +19,7 @@ from ichain_drake.learning.library import (
     show_graph,
     show_link,
 )
-from ichain_drake.learning.portable import export_item
+from ichain_drake.learning.portable import Form, export_item
 
 _LAST = ("robot_seconds", "versions", "demonstrations_sha256", "size")  # fields about how it came about
 
@@ -65,13 +65,13 @@ def add(source: Path, library: Path) -> None:
         print(f"added: {name}")
 
 
-def export(library: Path, name: str, folder: Path) -> None:
-    """Write the models of one interaction or graph as ONNX.
+def export(library: Path, name: str, folder: Path, form: Form) -> None:
+    """Write the models of one interaction or graph as ONNX or C.
 
     Raises:
         InputError: see `export_item`.
     """
-    for file in export_item(library, name, folder):
+    for file in export_item(library, name, folder, form):
         print(f"written: {file}")
 
 

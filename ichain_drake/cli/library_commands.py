@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -61,8 +62,9 @@ def library_check(source: Path) -> None:
 @click.argument("name")
 @_LIBRARY
 @click.option("-o", "--output", type=PATH, metavar="DIR", required=True, help="folder for the models")
-def library_export(name: str, library: Path, output: Path) -> None:
-    """Write the models of an interaction or graph as ONNX."""
+@click.option("--form", type=click.Choice(["onnx", "c"]), default="onnx", show_default=True, help="of the files")
+def library_export(name: str, library: Path, output: Path, form: Literal["onnx", "c"]) -> None:
+    """Write the models of an interaction or graph for other programs."""
     from ichain_drake.cli.library import export
 
-    export(library, name, output)
+    export(library, name, output, form)

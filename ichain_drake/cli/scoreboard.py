@@ -134,13 +134,13 @@ def format_scoreboard(document: Mapping[str, Any]) -> str:
     from ichain_drake.cli.evaluation import table_text
     from ichain_drake.runs.intervals import success_words
 
-    columns = ("success", "steps", "replans", "silent", "error", "x oracle", "learn s", "plan s", "wall s")
+    columns = ("success", "also", "steps", "replans", "silent", "error", "x oracle", "learn s", "plan s", "wall s")
     view = Table("system", "task", "physics", "fault", *columns, box=None, padding=(0, 1))
     for line in document["table"]:
         error = f"{_figure(line['mean_error'], 3)} {line['unit']}"
         view.add_row(
             line["system"], line["task"], line["physics"], line["fault"],
-            success_words(line["reached"], line["runs"], line["interval"]),
+            success_words(line["reached"], line["runs"], line["interval"]), str(line["failed_without"] or ""),
             _figure(line["median_steps"], 0), _figure(line["mean_replans"], 1), str(line["silent"]), error,
             _figure(line["ratio_to_oracle"], 2),
             *(_figure(line[key], 1) for key in ("learning_seconds", "plan_seconds", "wall_seconds")),
@@ -149,6 +149,7 @@ def format_scoreboard(document: Mapping[str, Any]) -> str:
     off = f"; without {', '.join(document['without'])}" if document["without"] else ""
     note = (
         f"{seeds}{off}\nsuccess: in truth, with Wilson's 95 % interval; steps: median where reached; "
+        "also: of the failures those that fail without the fault, too; "
         "silent: failures that ended as if reached;\nerror: mean distance to the path, or by how much the goal was "
         "missed, as a share of the demonstrated range;\ntimes: medians, learning and planning of the processor"
     )

@@ -22,7 +22,8 @@ _STEP = 1e-5
 def straight_frames(hand: FloatArray, command: FloatArray) -> FloatArray:
     """Hand states at the ends of a tick's frames, (frames, ..., n): straight to the command in the first four.
 
-    Longer where the speed limit asks for it; positions only.
+    Longer where the speed limit asks for it; positions only. An arm's hand by contact is off by 0.05 mm at a tick's end
+    and by 0.36 mm in its first frame, of 17 mm (root mean square; car game, seed 100): it is no worse a limit there.
     """
     distance = np.linalg.norm(command - hand, axis=-1)
     frames = np.maximum(MOVE_FRAMES, np.ceil(distance / (LINEAR_SPEED * FRAME) - 1e-9))

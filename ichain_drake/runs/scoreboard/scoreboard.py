@@ -9,7 +9,7 @@ from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import evaluate_jobs
 from ichain_drake.runs.scoreboard.cases import FIRST_SEED, Case
-from ichain_drake.runs.scoreboard.table import make_line
+from ichain_drake.runs.scoreboard.table import add_failures_without, make_line
 from ichain_drake.runs.scoreboard.trials import make_jobs
 
 
@@ -46,6 +46,7 @@ def run_scoreboard(
             flat += [{"row": case.name, **row} for row in own]
             if own:
                 table.append(make_line(case, own))
+        add_failures_without(table, flat)
         return {"table": table, "rows": flat}
 
     work = make_jobs(cases, first_seed)

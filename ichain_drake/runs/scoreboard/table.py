@@ -11,6 +11,9 @@ import numpy as np
 from ichain_drake.runs.intervals import seed_words, success_interval
 from ichain_drake.runs.scoreboard.cases import Case
 
+NONE = "none"
+"""Of the faults the one that is none."""
+
 TIMES = ("learning_seconds", "plan_seconds", "wall_seconds")
 """What differs from one run of the scoreboard to the next; everything else is the same."""
 
@@ -54,6 +57,24 @@ def make_line(case: Case, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "causes": dict(sorted(causes.items(), key=lambda item: (-item[1], item[0]))),
         "reason": next((r["reason"] for r in rows if not r["success"]), ""),
     }
+
+
+def add_failures_without(table: Sequence[dict[str, Any]], rows: Sequence[Mapping[str, Any]]) -> None:
+    """Give lines of faults `failed_without`: how many of their failures are of seeds that fail without the fault, too.
+
+    Args:
+        table: from `make_line`; lines without a fault, and those beside which there is none, get None.
+        rows: one a trial, with the `row` that it belongs to.
+    """
+    lost: dict[str, set[int]] = {}
+    for row in rows:
+        lost.setdefault(row["row"], set())
+        if not row["success"]:
+            lost[row["row"]].add(row["seed"])
+    for line in table:
+        plain = f"{line['row'].rpartition('/')[0]}/{NONE}"
+        known = line["fault"] != NONE and plain in lost
+        line["failed_without"] = len(lost[line["row"]] & lost[plain]) if known else None
 
 
 def _median(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:

@@ -8,16 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from linked_library import CHAIN, GRAPH, HASH, LINK
-from sklearn.ensemble import ExtraTreesRegressor, GradientBoostingRegressor
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, WhiteKernel
-from sklearn.kernel_ridge import KernelRidge
-from sklearn.linear_model import LinearRegression, Ridge
-from sklearn.multioutput import MultiOutputRegressor
-from sklearn.neighbors import KNeighborsRegressor
-from sklearn.neural_network import MLPRegressor
-from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import PolynomialFeatures, StandardScaler
+from portable_models import ESTIMATORS, RNG, X, Y, frozen_bytes
+from sklearn.ensemble import GradientBoostingRegressor
+from sklearn.linear_model import Ridge
 from sklearn.svm import SVR
 from small_models import chain
 
@@ -27,8 +20,6 @@ from ichain_drake.graph import Origin
 from ichain_drake.learning import InteractionModel
 from ichain_drake.learning.chain.models import ForwardModel, InverseModel
 from ichain_drake.learning.effects.columns import Column
-from ichain_drake.learning.estimators import PolynomialGaussianProcess, PolynomialRegressor
-from ichain_drake.learning.estimators.rectified import RectifiedLinearRegressor
 from ichain_drake.learning.features import StateFeatures
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.learning.frozen.scaling import InputScaling
@@ -52,10 +43,6 @@ from ichain_drake.state import Role, StateSpace, Variable
 pytest.importorskip("onnx", reason="onnx is missing: pip install 'ichain_drake[onnx]'")
 runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is missing: pip install 'ichain_drake[dev]'")
 
-RNG = np.random.default_rng(0)
-X = RNG.normal(size=(40, 3))
-Y = np.stack([np.sin(X[:, 0]) + X[:, 1], X[:, 1] * X[:, 2]], axis=1)
-
 
 def run(content: bytes, **tables: np.ndarray) -> dict[str, np.ndarray]:
     session = runtime.InferenceSession(content, providers=["CPUExecutionProvider"])
@@ -67,31 +54,6 @@ def run(content: bytes, **tables: np.ndarray) -> dict[str, np.ndarray]:
 def about(content: bytes) -> dict[str, object]:
     session = runtime.InferenceSession(content, providers=["CPUExecutionProvider"])
     return json.loads(session.get_modelmeta().custom_metadata_map["ichain_drake"])
-
-
-def frozen_bytes(model: FrozenModel) -> bytes:
-    graph = OnnxGraph("model")
-    graph.output("y", add_frozen(graph, model, graph.input("x", model.n_in)), model.n_out)
-    return graph.to_bytes({})
-
-
-ESTIMATORS = {
-    "linear": LinearRegression(),
-    "cubic": make_pipeline(StandardScaler(), PolynomialFeatures(3), Ridge()),
-    "clipped": PolynomialRegressor(2, clip=1.0),
-    "rectified": RectifiedLinearRegressor(),
-    "kernel": make_pipeline(StandardScaler(), KernelRidge(kernel="rbf", gamma=0.3)),
-    "kernels": MultiOutputRegressor(SVR(C=3.0)),
-    "process": GaussianProcessRegressor(RBF([1.0, 2.0, 3.0]) + WhiteKernel(0.01), optimizer=None),
-    "process with a trend": PolynomialGaussianProcess(2, max_iter=5),
-    "relu": MLPRegressor(hidden_layer_sizes=(8, 8), activation="relu", max_iter=20, random_state=0),
-    "tanh": MLPRegressor(hidden_layer_sizes=(8,), activation="tanh", max_iter=20, random_state=0),
-    "logistic": MLPRegressor(hidden_layer_sizes=(8,), activation="logistic", max_iter=20, random_state=0),
-    "identity": MLPRegressor(hidden_layer_sizes=(8,), activation="identity", max_iter=20, random_state=0),
-    "neighbours": KNeighborsRegressor(5),
-    "near neighbours": KNeighborsRegressor(5, weights="distance"),
-    "trees": make_pipeline(StandardScaler(), ExtraTreesRegressor(5, random_state=0)),
-}
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
