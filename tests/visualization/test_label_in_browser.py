@@ -88,7 +88,7 @@ def marked(browser, tmp_path_factory):
             page.press("0")
             page.press("s")
             until(lambda: "2 marks saved" in page.said())
-            page.click(1, "begin later")
+            page.click(1, "later")
             page.click(2, "join")
             page.drag(0, "", 20, 20)
             page.press("c")

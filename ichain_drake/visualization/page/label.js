@@ -154,8 +154,8 @@ const ichain = (() => {
     ichainMake(head, "span", "rows", `${log.name} rows ${a} to ${b}, ${log.times[a].toFixed(2)} to ${log.times[b].toFixed(2)} s`);
     ichainMake(head, "span", "why", found ? `${found.why} (sure by ${found.sure.toFixed(3)})` : "");
     if (found && !found.fixed) {
-      for (const [text, act] of [["◀ begin earlier", () => move(i, a, -1)], ["begin later ▶", () => move(i, a, 1)],
-                                 ["join to the one before", () => join(i, a)]]) {
+      for (const [text, act] of [["◀ earlier", () => move(i, a, -1)], ["later ▶", () => move(i, a, 1)],
+                                 ["join to the one above", () => join(i, a)]]) {
         ichainMake(head, "button", "", text).addEventListener("click", act);
       }
     }
