@@ -44,15 +44,16 @@ def test_the_bare_plant_repeats_the_run(results: dict[str, Any]) -> None:
     assert diagram["ratio"] > 0
     assert diagram["ratio_recorded"] > 0
     assert list(diagram["ratio_other_methods"]) == ["inverse"]
+    assert {key: len(us) for key, us in diagram["steps_us"].items()} == {"bare": 4, "whole": 4}
+    assert all(us > 0 for steps in diagram["steps_us"].values() for us in steps)
     systems = [row["system"] for row in diagram["breakdown"]]
-    assert {"controller", "follower", "car", "joystick", "hand/motion", "hand/inverse_kinematics"} <= set(systems)
+    assert {"controller", "follower", "car", "joystick", "hand/motion", "hand/touch"} <= set(systems)
     assert systems[-1] == "plant and C++"
 
 
 def test_python_runs_once_or_twice_a_frame_and_never_on_every_plant_step(results: dict[str, Any]) -> None:
     calls = {r["system"]: r["calls_a_second"] for r in results["diagram"]["breakdown"]}
-    assert calls["hand/inverse_kinematics"] <= 4 * 30  # begin, plan, no more plan, update
-    assert calls["hand/motion"] <= 2 * 30
+    assert calls["hand/motion"] <= 4 * 30 + 3 * 3  # begin, plan, no more plan, update; the plans of a tick, made once
     assert calls["hand/touch"] <= 30
     assert calls["hand/hand_sensor"] <= 3  # at decisions alone
 
@@ -84,7 +85,7 @@ def test_games_are_measured_where_they_are_installed(results: dict[str, Any]) ->
 
 def test_the_table_shows_every_part(results: dict[str, Any]) -> None:
     text = format_table(results)
-    for words in ("bare plant", "predictive", "R^2", "extra_trees", "hand/touch", "longest ms"):
+    for words in ("bare plant", "predictive", "R^2", "extra_trees", "hand/touch", "longest ms", "place in the frame"):
         assert words in text
     assert max(map(len, text.splitlines())) <= 120
 

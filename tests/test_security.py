@@ -69,7 +69,7 @@ EVIL = "</script><script>alert(1)</script>"
 def test_the_live_page_is_for_this_machine_alone(meshcat: Meshcat) -> None:
     page = LivePage(meshcat, EVIL, [[[EVIL], EVIL, EVIL]])
     try:
-        assert page._server.server_address[0] == "127.0.0.1"
+        assert page._server._server.server_address[0] == "127.0.0.1"
         assert page.address.startswith("http://127.0.0.1:")
         assert b"<script>alert" not in page._page
     finally:

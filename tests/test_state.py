@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ichain_drake.errors import InputError
-from ichain_drake.state import Role, StateSpace, Variable, wrap_angle
+from ichain_drake.state import Role, StateSpace, Variable, columns, wrap_angle
 
 POSE = StateSpace(
     "rover",
@@ -32,6 +32,20 @@ def test_wrapped_angles_are_in_the_half_open_range_and_point_the_same_way(angle:
 def test_wrapping_just_below_the_lower_end_does_not_round_to_the_upper_end() -> None:
     """The remainder of a tiny negative number rounds up to a whole turn."""
     assert wrap_angle(np.nextafter(-math.pi, -10.0)) < math.pi
+
+
+@given(angles)
+def test_an_angle_alone_is_wrapped_as_in_an_array(angle: float) -> None:
+    at_end = np.nextafter(-math.pi, -10.0)
+    np.testing.assert_array_equal(wrap_angle([angle, at_end]), [wrap_angle(angle), wrap_angle(at_end)])
+
+
+def test_columns_are_the_variables_of_any_batch() -> None:
+    states = np.arange(24.0).reshape(2, 3, 4)
+    assert columns(states[0, 0]) == [0.0, 1.0, 2.0, 3.0]
+    assert all(np.ndim(value) == 0 and not isinstance(value, np.ndarray) for value in columns(states[0, 0]))
+    for i, values in enumerate(columns(states)):
+        np.testing.assert_array_equal(values, states[..., i])
 
 
 @given(angles, angles)

@@ -23,6 +23,7 @@ from ichain_drake.robot.plant import add_robot_plant
 from ichain_drake.scenarios.base import PathScenario
 from ichain_drake.simulation.episode import Episode
 from ichain_drake.simulation.wiring import path_controller
+from ichain_drake.timing import FRAME
 
 
 def make_episode(
@@ -118,7 +119,7 @@ def benchmark_diagram(
         repeats: rounds; medians are reported.
 
     Returns:
-        Times in ms of processor time per simulated second, ratios, and the breakdown.
+        Times in ms of processor time per simulated second, ratios, and the breakdown by system and by steps.
     """
     name, points = next(iter(scenario.reference_paths().items()))
     path = TimedPath(points, scenario.path_limits())
@@ -163,7 +164,24 @@ def benchmark_diagram(
         "ratio_recorded": ratio("recorded"),
         "ratio_other_methods": {m: ratio(m) for m in others},
         "breakdown": _breakdown(scenario, chain, controllers[first], path, seconds, alone_ms),
+        "steps_us": {
+            "bare": _steps(bare.build(), bare.step, seconds),
+            "whole": _steps(
+                make_episode(scenario, chain, controllers[first], path, log=False).simulator, bare.step, seconds
+            ),
+        },
     }
+
+
+def _steps(simulator: Simulator, step: float, seconds: float) -> list[float]:
+    """Median processor time of the plant's steps, by their place in the frame [us].
+
+    The first has what runs once a frame; what the others take longer than alone is Drake's own work for more systems.
+    """
+    ends = [(k + 1) * step for k in range(round(seconds / step))]
+    times = [processor_seconds(functools.partial(simulator.AdvanceTo, end)) for end in ends]
+    frame = round(FRAME / step)
+    return [1e6 * float(np.median(times[place::frame])) for place in range(frame)]
 
 
 def _per_second(times: list[float], seconds: float) -> float:

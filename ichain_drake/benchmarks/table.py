@@ -74,6 +74,14 @@ def _diagram(d: Mapping[str, Any]) -> list[str]:
         *_columns(["", "ms per simulated s", "x bare"], rows),
         "Breakdown by system, each with the cost of being timed",
         *_columns(["", "ms per simulated s", "x bare", "calls a second"], parts),
+        "A step of the plant by its place in the frame, whose first has what runs once a frame [us]",
+        *_columns(
+            ["", *(str(k + 1) for k in range(len(d["steps_us"]["bare"])))],
+            [
+                [name, *(f"{us:.0f}" for us in d["steps_us"][key])]
+                for name, key in (("bare plant", "bare"), ("whole diagram", "whole"))
+            ],
+        ),
     ]
 
 

@@ -1,4 +1,4 @@
-"""The command `evaluate` with `--methods labels,edges`: what is found out of states alone."""
+"""The command `evaluate` with `--methods labels,edges,cuts`: what is found out of states alone."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def teach_in_browser(scenario: Scenario, folder: Path, drive: str, *, opened: bo
     prepare_folder(folder)
     reporter = Reporter()
     session = TeachingSession(scenario, seat, folder, reporter.note)
-    _announce(session.address, opened=opened)
+    announce(session.address, opened=opened)
     with reporter:
         pieces = session.run()
     for piece in pieces:
@@ -74,7 +74,7 @@ def shown_live(
         live.close()
 
 
-def _announce(address: str, *, opened: bool) -> None:
+def announce(address: str, *, opened: bool) -> None:
     """Say where to look, and open it if asked to and a browser is there."""
     there = opened and webbrowser.open(address)
     print(f"{'opened' if there else 'open in a web browser'}: {address}", flush=True)

@@ -17,7 +17,9 @@ from pathlib import Path
 import click
 
 from ichain_drake.cli.check import check
+from ichain_drake.cli.cut import cut
 from ichain_drake.cli.discover import discover
+from ichain_drake.cli.label import label
 from ichain_drake.cli.library_commands import library
 from ichain_drake.cli.logs import export_command, import_command
 from ichain_drake.cli.options import PATH, options, scenario_alone, scenario_named
@@ -37,7 +39,20 @@ def app() -> None:
     """Control one object through another: chains and graphs of learned object interactions, for Drake."""
 
 
-for _command in (teach, learn, discover, relearn, scoreboard, check, import_command, export_command, library, robot):
+for _command in (
+    teach,
+    learn,
+    cut,
+    label,
+    discover,
+    relearn,
+    scoreboard,
+    check,
+    import_command,
+    export_command,
+    library,
+    robot,
+):
     app.add_command(_command)
 
 
@@ -174,7 +189,7 @@ def plan(
 @options("physics", "seed")
 @click.option("--trials", type=int, help="number of seeds; 20 for paths, 5 for goals by default")
 @click.option(
-    "--methods", metavar="A,B", default="", help="only these (also method@samples, method/case; or labels,edges)"
+    "--methods", metavar="A,B", default="", help="only these (also method@samples, method/case; or labels,edges,cuts)"
 )
 @click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
 @click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ichain_drake.demonstrations.column_noise import column_noise
 from ichain_drake.demonstrations.columns import TIME, as_numbers, column
+from ichain_drake.demonstrations.repeats import repeats
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import FloatArray, Variable, wrap_angle
@@ -78,13 +79,15 @@ def findings(
         settings: when something counts as odd.
 
     Returns:
-        Equal pieces, frozen feeds, constant columns, idle pieces, flags that flicker, contradictions; in this order.
+        Equal pieces, stretches that a piece has twice, frozen feeds, constant columns, idle pieces, flags that flicker,
+        contradictions; in this order.
     """
     chosen = settings or QualitySettings()
     noise = column_noise(pieces, graph)
     limits = rest_limits(pieces, graph, noise, chosen)
     return [
         *_equal_pieces(pieces),
+        *_repeats(pieces, noise),
         *_frozen(pieces, graph, noise, chosen),
         *_constant(pieces, graph),
         *_idle(pieces, limits, chosen),
@@ -114,6 +117,15 @@ def _equal_pieces(pieces: Sequence[Demonstration]) -> Iterator[Finding]:
         if np.array_equal(first.to_numpy()[:rows], second.to_numpy()[:rows]):
             what = "are the same" if len(first) == len(second) else f"have the same first {rows} rows"
             yield Finding(f"{a.name}, {b.name}", None, what, "remove one: what is counted twice seems twice as certain")
+
+
+def _repeats(pieces: Sequence[Demonstration], noise: dict[str, float]) -> Iterator[Finding]:
+    for piece in pieces:
+        for first, last, earlier in repeats(piece, [n for n, std in noise.items() if std > 0]):
+            yield Finding(
+                piece.name, (first, last), f"they repeat those from row {earlier} on to the last digit",
+                "remove them (a piece before, a piece behind; `ichain cut` does it): nothing was measured there",
+            )  # fmt: skip
 
 
 def runs_of(true: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -18,7 +18,7 @@ from ichain_drake.demonstrations.plausible import check_plausible
 from ichain_drake.demonstrations.resampling import is_at, resample
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.files import check_folder, reason_of, shown
+from ichain_drake.files import check_folder, is_file, reason_of, shown
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.timing import TICK
 from ichain_drake.units import convert, split_unit
@@ -107,7 +107,7 @@ def read_folder(folder: Path, say: Say | None = None) -> list[Demonstration]:
     """Read every piece of a folder, in order of file name, without checking what is in it.
 
     Args:
-        folder: with the pieces. What is hidden there (as `._a.csv` of other systems) is no piece.
+        folder: with the pieces, or one file. What is hidden there (as `._a.csv` of other systems) is no piece.
         say: called with a line on each file that is passed over.
 
     Raises:
@@ -117,11 +117,13 @@ def read_folder(folder: Path, say: Say | None = None) -> list[Demonstration]:
 
 
 def piece_files(folder: Path, say: Say | None = None) -> list[Path]:
-    """The files of a folder that are pieces, by their endings, in order of name.
+    """The files of a folder that are pieces, by their endings, in order of name; one file stands for itself.
 
     Raises:
         InputError: if the folder does not exist or holds no piece.
     """
+    if folder.name.lower().endswith((".parquet", *ENDINGS)) and is_file(folder):
+        return [folder]
     check_folder(folder, "demonstrations")
     try:
         entries = sorted(folder.iterdir())

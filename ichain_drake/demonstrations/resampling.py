@@ -17,7 +17,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.state import FloatArray, StateSpace, wrap_angle
 from ichain_drake.timing import TICK
 
-_GAP = 1.5
+GAP = 1.5
 """Readings further apart are a gap [of the longer of their own usual distance and the period]: one that is lost where
 they come at the period, several of a quick sensor."""
 
@@ -85,7 +85,7 @@ def resample(piece: Demonstration, spaces: Mapping[str, StateSpace], period: flo
     values = {name: as_numbers(piece.table[name]) for name in names}
     usual = {name: _usual(times[np.isfinite(v)]) for name, v in values.items()}
     known = [u for u in usual.values() if np.isfinite(u)]
-    if not known or min(known) > _GAP * period:
+    if not known or min(known) > GAP * period:
         what = f"every {min(known):.4g} s" if known else "hardly anything"
         raise InputError(
             f"{piece.name}: it records {what}, and {period:.4g} s is needed; what lies between can't be made up: "
@@ -130,7 +130,7 @@ def _covered(
         own = times[np.isfinite(value)]
         if len(own) == 0:
             return []
-        limit = _GAP * max(period, usual[name]) if np.isfinite(usual[name]) else period
+        limit = GAP * max(period, usual[name]) if np.isfinite(usual[name]) else period
         breaks = np.flatnonzero(np.diff(own) > limit)
         starts, ends = np.concatenate([own[:1], own[breaks + 1]]), np.concatenate([own[breaks], own[-1:]])
         covered = _both(covered, list(zip(starts, ends, strict=True)))
@@ -199,7 +199,7 @@ def _notes(
         line += f"; split at gaps: {', '.join(gaps[:3])}" + (f" and {len(gaps) - 3} more" if len(gaps) > 3 else "")
     if lost:
         line += f"; {lost} parts too short for two rows are left out"
-    slow = [n for n, u in usual.items() if np.isfinite(u) and u > _GAP * period]
+    slow = [n for n, u in usual.items() if np.isfinite(u) and u > GAP * period]
     notes = [line]
     if slow:
         notes.append(

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ichain_drake.demonstrations import Demonstration, prepare, read_folder
+from ichain_drake.demonstrations import Demonstration
 from ichain_drake.demonstrations.checks import TIME_TOLERANCE
 from ichain_drake.demonstrations.columns import TIME
 from ichain_drake.errors import InputError
@@ -19,38 +18,6 @@ from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
 
 _DIGITS = 9  # states that agree to so many decimals are the same state
-
-
-def read_pieces(
-    folder: Path,
-    graph: InteractionGraph,
-    known: Collection[Interaction] = (),
-    *,
-    resampled: bool = False,
-    unlabelled: bool = False,
-    say: Callable[[str], None] | None = None,
-) -> list[Demonstration]:
-    """Read every piece of a folder and check them for learning a graph, before anything else is done with them.
-
-    Args:
-        folder: with the pieces.
-        graph: the interaction graph.
-        known: interactions that they need not show.
-        resampled: whether to take pieces of another period to the library's.
-        unlabelled: whether flags may be missing or empty; they are left as they are.
-        say: called with a line on each thing that was done: files passed over, units converted, pieces resampled.
-
-    Raises:
-        InputError: if the folder or a file can't be read, and as `check_pieces` and `check_flags`.
-    """
-    pieces = prepare(read_folder(folder, say), graph, resampled=resampled, say=say)
-    check_pieces(pieces, graph, unlabelled=unlabelled)
-    if unlabelled:
-        return pieces
-    shown = [e for e in graph.interactions if e not in known]
-    flags = {e: [p.table[e.name].to_numpy(dtype=float) > 0.5 for p in pieces] for e in shown}
-    check_flags([p.name for p in pieces], flags)
-    return pieces
 
 
 def check_pieces(pieces: Sequence[Demonstration], graph: InteractionGraph, *, unlabelled: bool = False) -> None:

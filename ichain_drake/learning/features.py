@@ -6,6 +6,7 @@ body's own frame, in which motion does not depend on where the body is or, but f
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -60,6 +61,7 @@ class StateFeatures:
         kept = [] if kind == "none" else [i for i in range(len(space)) if i not in dropped]
         self.plain = np.array([i for i in kept if not space.angle_mask[i]], dtype=np.intp)
         self.angles = np.array([i for i in kept if space.angle_mask[i]], dtype=np.intp)
+        self._as_it_is = len(self.plain) == len(space)
         self.names = (
             *(space.names[i] for i in self.plain),
             *(f"cos({space.names[i]})" for i in self.angles),
@@ -71,17 +73,38 @@ class StateFeatures:
 
     def __call__(self, state: NDArray) -> NDArray:
         """Features of states, shape (..., n_variables) -> (..., n_features). Works on AutoDiffXd arrays too."""
+        if self._as_it_is:
+            return state
+        plain = state[..., self.plain]
+        if not len(self.angles):
+            return plain
         angles = state[..., self.angles]
-        return np.concatenate([state[..., self.plain], np.cos(angles), np.sin(angles)], axis=-1)
+        return np.concatenate([plain, np.cos(angles), np.sin(angles)], axis=-1)
 
     def jacobian(self, state: FloatArray) -> FloatArray:
         """Derivative of the features by the state, shape (..., n_features, n_variables)."""
-        out = np.zeros((*state.shape[:-1], len(self), state.shape[-1]))
+        out = np.empty((*state.shape[:-1], *self._of_plain.shape))
+        out[...] = self._of_plain
         n, m = len(self.plain), len(self.angles)
-        out[..., np.arange(n), self.plain] = 1.0
-        angles = state[..., self.angles]
-        out[..., n + np.arange(m), self.angles] = -np.sin(angles)
-        out[..., n + m + np.arange(m), self.angles] = np.cos(angles)
+        for i, angle in enumerate(self.angles.tolist()):
+            out[..., n + i, angle] = -np.sin(state[..., angle])
+            out[..., n + m + i, angle] = np.cos(state[..., angle])
+        return out
+
+    def by_state(self, by_features: FloatArray, state: FloatArray) -> FloatArray:
+        """The derivative by the state of what has a derivative by the features, `by_features @ jacobian(state)`.
+
+        Args:
+            by_features: shape (..., n, n_features).
+            state: where, shape (..., n_variables).
+        """
+        return by_features if self._as_it_is else by_features @ self.jacobian(state)
+
+    @cached_property
+    def _of_plain(self) -> FloatArray:
+        """Jacobian without the angles' entries."""
+        out = np.zeros((len(self), len(self.space)))
+        out[np.arange(len(self.plain)), self.plain] = 1.0
         return out
 
 
@@ -99,6 +122,8 @@ class ChangeCode:
         self.space = space
         self.kind = kind
         self._poses = planar_poses(space) if kind == "body" else []
+        self._diagonal = np.arange(len(space))
+        self._wraps = bool(space.angle_mask.any())
 
     def encode(self, state: FloatArray, after: FloatArray) -> FloatArray:
         """Code of a change, shape (..., n_variables), from states of the same shape; angles the short way round."""
@@ -125,10 +150,11 @@ class ChangeCode:
     def jacobians(self, state: FloatArray, code: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Derivatives of `decode` by the state and by the code, each (..., n_variables, n_variables)."""
         n = state.shape[-1]
-        eye = np.broadcast_to(np.eye(n), (*state.shape[:-1], n, n))
+        by_code = np.zeros((*state.shape[:-1], n, n))
+        by_code[..., self._diagonal, self._diagonal] = 1.0
         if self.kind == "none":
-            return np.zeros(eye.shape), eye.copy()
-        by_state, by_code = eye.copy(), eye.copy()
+            return np.zeros(by_code.shape), by_code
+        by_state = by_code.copy()
         for x, y, h in self._poses:
             c, s = np.cos(state[..., h]), np.sin(state[..., h])
             by_code[..., x, x], by_code[..., x, y] = c, -s
@@ -139,6 +165,6 @@ class ChangeCode:
 
     def wrap(self, state: FloatArray) -> FloatArray:
         """Bring angles back to [-pi, pi)."""
-        if not self.space.angle_mask.any():
+        if not self._wraps:
             return state
         return np.where(self.space.angle_mask, wrap_angle(state), state)

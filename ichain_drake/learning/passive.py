@@ -133,6 +133,7 @@ def _learn_variable(data: GraphData, obj: str, i: int, spec: InteractionSpec, no
             spec.effect_estimators[:1],
             spec.window,
             np.ones(len(columns), dtype=bool),
+            noise=float(noise[i]),
         )
     if drift is not None:
         inputs = tuple(columns[c] for c in drift.columns)

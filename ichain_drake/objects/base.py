@@ -224,12 +224,12 @@ class WorldObject(LeafSystem):
         return context.get_discrete_state(index).value()
 
     def _modes(self, context: Context) -> dict[str, bool]:
-        return {p: bool(v > 0.5) for p, v in zip(self.parents, self._value(context, self._active), strict=True)}
+        flags = self._value(context, self._active).tolist()
+        return {p: v > 0.5 for p, v in zip(self.parents, flags, strict=True)}
 
     def _step_once(
-        self, context: Context, state: FloatArray, parents: ParentStates, modes: Mapping[str, bool]
+        self, context: Context, frame: int, state: FloatArray, parents: ParentStates, modes: Mapping[str, bool]
     ) -> FloatArray:
-        frame = int(self._value(context, self._clock)[0])
         noise = self._process_noise.at(frame) * self.settings.noise_scale
         active: dict[str, Any] = {p: np.float64(on) for p, on in modes.items()}
         stepped = self.step(state, parents, active, noise, FRAME)
@@ -241,6 +241,9 @@ class WorldObject(LeafSystem):
         Raises:
             InputError: on another shape, or a variable that is no number or larger than anything measured.
         """
+        plain = type(stepped) is np.ndarray and stepped.dtype == float and stepped.shape == state.shape
+        if plain and np.abs(stepped).max(initial=0.0) <= _LARGEST:  # false where one is no number
+            return stepped.copy()
         where, when = f"{self.get_name()}: step gave", f"at t = {time:.3f} s"
         try:
             given = np.asarray(stepped)
@@ -274,11 +277,11 @@ class WorldObject(LeafSystem):
         parents = self._parent_states(context)
         if len(self._plant):
             value[self._plant] = self.sample_body(self._body_port.Eval(context))
-        touch = float(self._value(context, self._clock)[1]) if self.settings.body_size else None
-        modes = self.decide_active(value, parents, self._modes(context), touch)
+        frame, force = self._value(context, self._clock).tolist()
+        modes = self.decide_active(value, parents, self._modes(context), force if self.settings.body_size else None)
         if self.immediate and advance and len(self._plant) < len(value):
             plant_values = value[self._plant]
-            value = self._step_once(context, value, parents, modes)
+            value = self._step_once(context, int(frame), value, parents, modes)
             value[self._plant] = plant_values
         if self._settles:
             plant_values = value[self._plant]
@@ -290,17 +293,17 @@ class WorldObject(LeafSystem):
             discrete.set_value(self._state, value)
 
     def _advance(self, context: Context, discrete: DiscreteValues) -> None:
-        value = self._value(context, self._state)
+        frame, touch = self._value(context, self._clock).tolist()
         if not self.immediate:
-            stepped = self._step_once(context, value, self._parent_states(context), self._modes(context))
+            value = self._value(context, self._state)
+            stepped = self._step_once(context, int(frame), value, self._parent_states(context), self._modes(context))
             if len(self._plant):
                 stepped[self._plant] = value[self._plant]
             discrete.set_value(self._state, stepped)
-        frame, touch = self._value(context, self._clock)
         if self.settings.body_size:
             # Read here, where the plant's own update at this instant needs the same contact solution anyway.
-            touch = float(self._touch_port.Eval(context)[0])
-        discrete.set_value(self._clock, [frame + 1, touch])
+            touch = self._touch_port.Eval(context)[0]
+        discrete.set_value(self._clock, [frame + 1.0, touch])
         if self.settings.dropouts:
             discrete.set_value(self._held, self.GetOutputPort("measured").Eval(context))
 

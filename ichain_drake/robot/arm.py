@@ -14,7 +14,6 @@ from ichain_drake.robot.hand import GRIP, HAND
 from ichain_drake.robot.inverse_kinematics import InverseKinematics
 from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.measurement import HandMeasurement
-from ichain_drake.robot.motion import HandMotion
 from ichain_drake.robot.plant import add_robot_plant, control_plant
 from ichain_drake.robot.playout import Playout
 from ichain_drake.robot.sensors import HandSensor, TouchSensor
@@ -70,7 +69,6 @@ class ArmRobot(Diagram):
         self._grip_ends = self._finger_ends()
 
         add = builder.AddNamedSystem
-        self.motion = add("motion", HandMotion(spec.hand, home, spec.linear_speed, spec.angular_speed))
         grip = np.stack(
             [
                 self._robot.finger_targets(spec.gripper_open, "gripper_open"),
@@ -79,21 +77,28 @@ class ArmRobot(Diagram):
         )
         step = self.plant.time_step()
         closed = bool(home[GRIP] > 0.5)
-        size = self.motion.GetOutputPort("plan").size()
-        ik = InverseKinematics(
-            self.kinematics, joints, spec.ik_rate, step, grip, spec.gripper_speed, size, closed=closed
+        self.motion = InverseKinematics(
+            spec.hand,
+            home,
+            spec.linear_speed,
+            spec.angular_speed,
+            self.kinematics,
+            joints,
+            spec.ik_rate,
+            step,
+            grip,
+            spec.gripper_speed,
+            closed=closed,
         )
-        self.ik = add("inverse_kinematics", ik)
+        add("motion", self.motion)
         n, fingers = self.kinematics.size, len(self._robot.fingers)
-        self.playout = add("playout", Playout(n, fingers, ik.steps, step, n + 2, np.r_[joints, grip[int(closed)]]))
+        self.playout = add("playout", Playout(n, fingers, self.motion.steps, step, np.r_[joints, grip[int(closed)]]))
         sensor = add("hand_sensor", HandSensor(spec.hand, self.kinematics))
         self.measurement = add("measurement", HandMeasurement(spec.hand, seed, object_id))
         positions = add("positions", Demultiplexer([self.plant.num_positions(), self.plant.num_velocities()]))
 
         connect, plant, arm = builder.Connect, self.plant, self._robot.arm
-        for port in ("setpoint", "plan"):
-            connect(self.motion.GetOutputPort(port), self.ik.GetInputPort(port))
-        connect(ik.GetOutputPort("joint_plan"), self.playout.get_input_port())
+        connect(self.motion.GetOutputPort("joint_plan"), self.playout.get_input_port())
         desired = add("desired", Demultiplexer([2 * size for size in (n, fingers) if size]))
         connect(self.playout.get_output_port(), desired.get_input_port())
         connect(desired.get_output_port(0), plant.get_desired_state_input_port(arm))
@@ -149,9 +154,10 @@ class ArmRobot(Diagram):
         self.plant.SetPositions(plant_context, self._robot.arm, joints)
         self.plant.SetVelocities(plant_context, self._robot.arm, np.zeros(len(joints)))
         closed = bool(value[GRIP] > 0.5)
-        row = self.ik.set_joints(self.ik.GetMyMutableContextFromRoot(root_context), joints, closed=closed)
+        motion_context = self.motion.GetMyMutableContextFromRoot(root_context)
+        self.motion.set_hand(motion_context, value)
+        row = self.motion.set_joints(motion_context, joints, closed=closed)
         self.playout.set_rows(self.playout.GetMyMutableContextFromRoot(root_context), row)
-        self.motion.set_hand(self.motion.GetMyMutableContextFromRoot(root_context), value)
         self.measurement.set_hand(self.measurement.GetMyMutableContextFromRoot(root_context))
         if self._robot.gripper is not None:
             self._set_fingers(root_context, closed=closed)

@@ -1,17 +1,18 @@
-"""Follows the hand's set-points with the arm's joints: one plan a frame."""
+"""Follows the hand's set-points with the arm's joints: one plan a tick, played frame by frame."""
 
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
+from numpy.typing import ArrayLike
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
 
 from ichain_drake.errors import InputError
-from ichain_drake.robot.hand import GRIP, HAND
+from ichain_drake.robot.hand import GRIP, HAND, HandSpec
 from ichain_drake.robot.kinematics import ArmKinematics
-from ichain_drake.robot.motion import FRAME_RATE
+from ichain_drake.robot.motion import FRAME_RATE, HandMotion
 from ichain_drake.robot.pose import hand_rotation
 from ichain_drake.state import FloatArray, wrap_angle
-from ichain_drake.timing import FRAME
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
 _N = len(HAND)
 
@@ -24,49 +25,55 @@ _DITHER = 1e-8
 _IDLE = 0.02
 
 
-class InverseKinematics(LeafSystem):
-    """Plans desired positions of arm and fingers for each 1/30 s frame: the hand on the line between set-points.
+class InverseKinematics(HandMotion):
+    """A hand's motion, and desired positions of the arm and fingers that follow it: on the line between set-points.
 
-    Joints are found for the ends of the frame's 1 / rate periods; in between, positions are linear. The plant's
+    Joints are found for the ends of each frame's 1 / rate periods; in between, positions are linear. The plant's
     implicit controller acts on the error at the *end* of its step, so what it is given at t is the desired position at
-    t + plant_step: there is no lag by design. `Playout` (C++) hands the plan to the plant step by step. Python runs
-    once a frame, because every call into it, with caches that the plant's step has filled, takes three times as long as
-    in a loop of its own, and slows the next step too.
+    t + plant_step: there is no lag by design. `Playout` (C++) hands a frame's plan to the plant step by step. All
+    frames of a tick are planned when it begins, since nothing that happens in it changes them: in one go Python takes
+    half the time that it takes frame by frame, with caches that the plant's step has filled.
 
     A frame begins with an unrestricted update, which Drake runs before any discrete update of the same instant, that
-    marks the plan as due. `joint_plan` is then calculated when the plant asks for it, with the command of that instant;
-    the discrete update stores where it ends, and from then on `joint_plan` is zero.
+    marks its plan as due. `joint_plan` is then read when the plant asks for it, and at a tick calculated with the
+    command of that instant; after the discrete update `joint_plan` is zero.
 
     At rest (the set-point has not moved for two frames, and the posture hardly pulls) the joints stay.
 
-    Ports: inputs `setpoint` (7) and `plan` (its first 7: the set-point at the end of the frame), from `HandMotion`;
-    output `joint_plan`: what each row of `Playout` changes by, (steps + 1) x (joints, fingers), then the joints at the
-    end of the frame, the speed of the free motion, and whether the set-point stood still.
+    It is one system with `HandMotion`, whose set-points it reads, because each one that runs in Python costs something
+    on every step of the plant.
+
+    Ports: those of `HandMotion`, and the outputs `joint_plan`: what each row of `Playout` changes by, (steps + 1) x
+    (joints, fingers); and `tick_plan`: where the tick ends (joints; the last row of the playout; the speed of the free
+    motion; whether the set-point stood still), then `joint_plan` of each of its frames.
 
     Args:
+        spec, home, linear_speed, angular_speed: see `HandMotion`.
         kinematics: of the arm.
         joints: joint positions at start, shape (n_joints,).
         rate: updates in a second, 30 times a power of two.
         plant_step: [s].
         grip_positions: positions of the driven fingers when open and closed, shape (2, n_fingers).
         grip_speed: of each finger's desired position as the grip closes [m/s]: at once it would strike what it takes.
-        plan_size: length of `plan`.
         closed: whether the gripper is closed at start.
     """
 
     def __init__(
         self,
+        spec: HandSpec,
+        home: ArrayLike,
+        linear_speed: float,
+        angular_speed: float,
         kinematics: ArmKinematics,
         joints: FloatArray,
         rate: int,
         plant_step: float,
         grip_positions: FloatArray,
         grip_speed: float,
-        plan_size: int,
         *,
         closed: bool,
     ) -> None:
-        super().__init__()
+        super().__init__(spec, home, linear_speed, angular_speed)
         ratio = rate // FRAME_RATE
         if rate % FRAME_RATE or ratio & (ratio - 1):
             raise InputError(f"robot.ik_rate: {rate} is not {FRAME_RATE} times a power of two (60 is usual)")
@@ -81,18 +88,17 @@ class InverseKinematics(LeafSystem):
         self._n, self.width = n, n + grip_positions.shape[1]
         self._weights = _interpolation(ratio, self.steps)
         self._dither = _alternation(self.steps)
+        self.rows = (self.steps + 1) * self.width
 
-        self._joints = self.DeclareDiscreteState(joints)  # at the start of the frame
-        self._held = self.DeclareDiscreteState(self._row(joints, closed))  # what the last row of the playout is
-        # Whether the plan is due; frames begun (its parity counts); speed of the free motion; whether the hand rested.
-        self._mode = self.DeclareDiscreteState([1.0, 0.0, 0.0, 0.0])
-        self._setpoint = self.DeclareVectorInputPort("setpoint", _N)
-        self._next = self.DeclareVectorInputPort("plan", plan_size)
-        tickets = {self.xd_ticket(), self._setpoint.ticket(), self._next.ticket()}
-        self._rows = (self.steps + 1) * self.width
-        self._plan = self.DeclareVectorOutputPort("joint_plan", self._rows + n + 2, self._calc_plan, tickets)
+        # Whether a plan is due; frames begun (their parity counts); frames of the tick that are still to be played.
+        self._mode = self.DeclareDiscreteState([1.0, 0.0, 0.0])
+        self._end = self.DeclareDiscreteState(self._at_rest(joints, self._row(joints, closed)))  # of the planned frames
+        self._frames = self.DeclareDiscreteState(FRAMES_PER_TICK * self.rows)
+        tickets = {self.xd_ticket(), self._command.ticket()}
+        size = n + self.width + 2 + FRAMES_PER_TICK * self.rows
+        self._tick = self.DeclareVectorOutputPort("tick_plan", size, self._calc_tick, tickets)
+        self.DeclareVectorOutputPort("joint_plan", self.rows, self._calc_plan, tickets)
         self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._begin)
-        self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._update)
 
     def set_joints(self, context: Context, joints: FloatArray, *, closed: bool) -> FloatArray:
         """Start at rest at joint positions of shape (n_joints,).
@@ -102,42 +108,58 @@ class InverseKinematics(LeafSystem):
         """
         row = self._row(joints, closed)
         at_frame = abs(context.get_time() / FRAME - round(context.get_time() / FRAME)) < 1e-6
-        context.SetDiscreteState(self._joints, joints)
-        context.SetDiscreteState(self._held, row)
-        context.SetDiscreteState(self._mode, [float(at_frame), 0.0, 0.0, 0.0])
+        context.SetDiscreteState(self._mode, [float(at_frame), 0.0, 0.0])
+        context.SetDiscreteState(self._end, self._at_rest(joints, row))
         return row
 
     def _row(self, joints: FloatArray, closed: bool) -> FloatArray:
         return np.concatenate([joints, self._grip[int(closed)]])
 
+    def _at_rest(self, joints: FloatArray, row: FloatArray) -> FloatArray:
+        return np.concatenate([joints, row, [0.0, 0.0]])
+
     def _calc_plan(self, context: Context, output: BasicVector) -> None:
-        discrete = context.get_discrete_state()
-        due, frame, speed, rested = discrete.value(self._mode).tolist()
+        due, _, left = context.get_discrete_state(self._mode).value().tolist()
         if not due:
             output.SetZero()
-            return
-        n = self._n
-        begin = discrete.value(self._joints)
-        start, end = self._setpoint.Eval(context), self._next.Eval(context)[:_N]
-        still = start[:6].tolist() == end[:6].tolist()
-        plan = np.empty(self._rows + n + 2)
-        rows = plan[: self._rows].reshape(self.steps + 1, self.width)
-        if still and rested and speed < _IDLE:
-            rows[:, :n] = begin
-            plan[-2 - n : -2] = begin
+        elif left:
+            frames = context.get_discrete_state(self._frames).value()
+            output.SetFromVector(frames[len(frames) - int(left) * self.rows :][: self.rows])
         else:
-            path, speed = self._kinematics.follow(begin, self._targets(start, end), self._period)
-            rows[:, :n] = self._weights @ np.stack([begin, *path])
-            plan[-2 - n : -2] = path[-1]
-        if end[GRIP] > 0.5:
-            fingers = discrete.value(self._held)[n:]
-            rows[:, n:] = fingers + np.clip(self._grip[1] - fingers, -self._grip_reach, self._grip_reach)
-        else:  # it strikes nothing
-            rows[:, n:] = self._grip[0]
-        rows[:, :n] += self._dither if frame % 2 else -self._dither
-        rows -= discrete.value(self._held)
-        plan[-2], plan[-1] = speed, still
-        output.SetFromVector(plan)
+            over = self.frame(context) % FRAMES_PER_TICK
+            tick = self._tick.Eval(context)
+            output.SetFromVector(tick[len(tick) - (FRAMES_PER_TICK - over) * self.rows :][: self.rows])
+
+    def _calc_tick(self, context: Context, output: BasicVector) -> None:
+        discrete = context.get_discrete_state()
+        end = discrete.value(self._end)
+        n, size = self._n, len(end)
+        joints, held, (speed, rested) = end[:n], end[n:-2], end[-2:].tolist()
+        parity = int(discrete.value(self._mode)[1])
+        setpoint, points = discrete.value(self._setpoint_index), self._plan.Eval(context).reshape(-1, _N)
+        over = self.frame(context) % FRAMES_PER_TICK
+        tick = np.zeros(size + FRAMES_PER_TICK * self.rows)
+        frames = tick[size:].reshape(FRAMES_PER_TICK, self.steps + 1, self.width)
+        for place in range(over, FRAMES_PER_TICK):
+            still = setpoint[:6].tolist() == points[place, :6].tolist()
+            rows = frames[place]
+            if still and rested and speed < _IDLE:
+                rows[:, :n] = joints
+            else:
+                path, speed = self._kinematics.follow(joints, self._targets(setpoint, points[place]), self._period)
+                rows[:, :n] = self._weights @ np.stack([joints, *path])
+                joints = path[-1]
+            if points[place, GRIP] > 0.5:
+                fingers = held[n:]
+                rows[:, n:] = fingers + np.clip(self._grip[1] - fingers, -self._grip_reach, self._grip_reach)
+            else:  # it strikes nothing
+                rows[:, n:] = self._grip[0]
+            rows[:, :n] += self._dither if (parity + place - over) % 2 else -self._dither
+            rows -= held
+            held = held + rows[-1]  # the sum that the playout makes, so that both agree to the last bit
+            setpoint, rested = points[place], float(still)
+        tick[:size] = np.concatenate([joints, held, [speed, rested]])
+        output.SetFromVector(tick)
 
     def _targets(self, start: FloatArray, end: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Rotation and position of the hand at the end of each period."""
@@ -150,17 +172,19 @@ class InverseKinematics(LeafSystem):
         return [(hand_rotation(*a), start[:3] + share * way[:3]) for a, share in zip(angles, self._shares, strict=True)]
 
     def _begin(self, context: Context, state: State) -> None:
-        mode = context.get_discrete_state(self._mode).value().copy()
-        mode[0] = 1.0
-        state.get_mutable_discrete_state().set_value(self._mode, mode)
+        _, frame, left = context.get_discrete_state(self._mode).value().tolist()
+        state.get_mutable_discrete_state().set_value(self._mode, [1.0, frame, left])
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        plan = self._plan.Eval(context)
-        before = context.get_discrete_state()
-        discrete.set_value(self._joints, plan[-2 - self._n : -2])
-        # The sum that the playout makes, so that both agree to the last bit.
-        discrete.set_value(self._held, before.value(self._held) + plan[self._rows - self.width : self._rows])
-        discrete.set_value(self._mode, [0.0, before.value(self._mode)[1] + 1.0, plan[-2], plan[-1]])
+        super()._update(context, discrete)
+        _, frame, left = context.get_discrete_state(self._mode).value().tolist()
+        if not left:
+            tick = self._tick.Eval(context)
+            size = len(tick) - FRAMES_PER_TICK * self.rows
+            discrete.set_value(self._end, tick[:size])
+            discrete.set_value(self._frames, tick[size:])
+            left = FRAMES_PER_TICK - self.frame(context) % FRAMES_PER_TICK
+        discrete.set_value(self._mode, [0.0, frame + 1.0, left - 1.0])
 
 
 def _interpolation(periods: int, steps: int) -> FloatArray:

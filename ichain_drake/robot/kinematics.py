@@ -111,10 +111,10 @@ class ArmKinematics:
         return wanted
 
     def _error(self, joints: FloatArray, target: FloatArray, position: FloatArray) -> FloatArray:
-        pose = self.pose(joints)
+        pose = self.pose(joints).GetAsMatrix34()
         error = np.empty(6)
-        error[:3] = rotation_vector(target @ pose.rotation().matrix().T)
-        error[3:] = position - pose.translation()
+        error[:3] = rotation_vector(target @ pose[:, :3].T)
+        error[3:] = position - pose[:, 3]
         return error
 
     def step(self, joints: FloatArray, pose: RigidTransform, period: float) -> FloatArray:

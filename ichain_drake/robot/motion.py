@@ -29,9 +29,8 @@ class HandMotion(LeafSystem):
     first frame.
 
     Ports: input `hand_command` (n_exposed); outputs `setpoint` (7; the state, no feedthrough) and `plan`: the set-point
-    at the end of the frame that begins (7), then the rest of the state that the frame's update will store. At the
-    instant of a frame, before its update, `plan` is already that of the frame that begins, so whoever follows it has no
-    lag; it is therefore a direct function of `hand_command`.
+    at the end of each of the tick's ten frames (10 x 7). At the instant of a tick, before its update, `plan` is already
+    that of the tick that begins, so whoever follows it has no lag; it is therefore a direct function of `hand_command`.
 
     Args:
         spec: which variables are commanded.
@@ -49,31 +48,28 @@ class HandMotion(LeafSystem):
     ) -> None:
         super().__init__()
         self.spec = spec
-        n = len(spec.space)
-        self._n = n
         self._linear_speed, self._angular_speed = linear_speed, angular_speed
         home = np.asarray(home, dtype=float)
-        # Groups: set-point of frame k; [k, frames done, frames of the line, start, target].
+        # Groups: set-point of frame k; k; set-points at the ends of the frames of the tick that k is in.
         self._setpoint_index = self.DeclareDiscreteState(home)
-        exposed = spec.reduce(home)
-        self._plan_index = self.DeclareDiscreteState(np.concatenate([[0.0, 0.0, 1.0], exposed, exposed]))
-        self._command = self.DeclareVectorInputPort("hand_command", n)
+        self._frame_index = self.DeclareDiscreteState(1)
+        self._tick_index = self.DeclareDiscreteState(_held(home))
+        self._command = self.DeclareVectorInputPort("hand_command", len(spec.space))
         self.DeclareStateOutputPort("setpoint", self._setpoint_index)
         tickets = {self.xd_ticket(), self._command.ticket()}
-        self._plan = self.DeclareVectorOutputPort("plan", _N + 3 + 2 * n, self._calc_plan, tickets)
+        self._plan = self.DeclareVectorOutputPort("plan", FRAMES_PER_TICK * _N, self._calc_points, tickets)
         self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._update)
 
     def set_hand(self, context: Context, full: ArrayLike) -> None:
         """Put the set-point at a full hand state, shape (7,), at rest; the frame counter follows the context's time."""
         value = np.asarray(full, dtype=float)
-        exposed = self.spec.reduce(value)
-        frame = math.ceil(context.get_time() * FRAME_RATE - 1e-6)
         context.SetDiscreteState(self._setpoint_index, value)
-        context.SetDiscreteState(self._plan_index, np.concatenate([[frame, 0.0, 1.0], exposed, exposed]))
+        context.SetDiscreteState(self._frame_index, [math.ceil(context.get_time() * FRAME_RATE - 1e-6)])
+        context.SetDiscreteState(self._tick_index, _held(value))
 
     def frame(self, context: Context) -> int:
         """The number of frames that have begun."""
-        return int(context.get_discrete_state(self._plan_index).value()[0])
+        return int(context.get_discrete_state(self._frame_index).value()[0])
 
     def plan_frames(self, start: FloatArray, target: FloatArray) -> int:
         """Least number of frames, at least 4, from start to target (n_exposed,) within the speed limits."""
@@ -90,32 +86,37 @@ class HandMotion(LeafSystem):
             count = max(count + 1, math.ceil(count * excess - 1e-9))
         return count
 
-    def _calc_plan(self, context: Context, output: BasicVector) -> None:
-        n, spec = self._n, self.spec
-        discrete = context.get_discrete_state()
-        plan = discrete.value(self._plan_index)
-        frame, done, count = (int(v) for v in plan[:3].tolist())
-        start, target = plan[3 : 3 + n], plan[3 + n :]
-        following = np.empty(_N + 3 + 2 * n)
-        if frame % FRAMES_PER_TICK == 0:
-            command = spec.space.clip(spec.space.check(self._command.Eval(context), "hand command"))
-            start, target, done = spec.reduce(discrete.value(self._setpoint_index)), command, 0
-            count = self.plan_frames(start, target)
-        if done < count:
-            done += 1
-            exposed = target if done == count else start + done / count * spec.space.difference(target, start)
-            setpoint = spec.full(exposed)
-            setpoint[3:6] = wrap_angle(setpoint[3:6])
-            setpoint[GRIP] = round(spec.full(target)[GRIP])
-            following[:_N] = setpoint
-        else:  # it holds
-            following[:_N] = discrete.value(self._setpoint_index)
-        following[_N : _N + 3] = frame + 1, done, count
-        following[_N + 3 : _N + 3 + n] = start
-        following[_N + 3 + n :] = target
-        output.SetFromVector(following)
+    def _calc_points(self, context: Context, output: BasicVector) -> None:
+        if self.frame(context) % FRAMES_PER_TICK:
+            output.SetFromVector(context.get_discrete_state(self._tick_index).value())
+        else:
+            output.SetFromVector(self._lay(context).ravel())
+
+    def _lay(self, context: Context) -> FloatArray:
+        """Set-points at the ends of the frames of the tick that begins, shape (10, 7)."""
+        spec = self.spec
+        target = spec.space.clip(spec.space.check(self._command.Eval(context), "hand command"))
+        start = spec.reduce(context.get_discrete_state(self._setpoint_index).value())
+        count = self.plan_frames(start, target)
+        done = np.minimum(np.arange(1, FRAMES_PER_TICK + 1), count)[:, None]
+        exposed = np.where(done == count, target, start + done / count * spec.space.difference(target, start))
+        points = spec.full(exposed)
+        points[:, 3:6] = wrap_angle(points[:, 3:6])
+        points[:, GRIP] = round(spec.full(target)[GRIP])
+        return points
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        following = self._plan.Eval(context)
-        discrete.set_value(self._setpoint_index, following[:_N])
-        discrete.set_value(self._plan_index, following[_N:])
+        frame = self.frame(context)
+        place = frame % FRAMES_PER_TICK
+        if place:
+            points = context.get_discrete_state(self._tick_index).value()
+        else:
+            points = self._plan.Eval(context)
+            discrete.set_value(self._tick_index, points)
+        discrete.set_value(self._setpoint_index, points[_N * place : _N * (place + 1)])
+        discrete.set_value(self._frame_index, [frame + 1.0])
+
+
+def _held(full: FloatArray) -> FloatArray:
+    """The set-points of a tick in which the hand stays."""
+    return np.tile(full, FRAMES_PER_TICK)

@@ -20,7 +20,7 @@ class Playout(LinearSystem):
     played from that very step on, row by row; the last row stays. Drake's own linear system does it, since nothing
     else in C++ selects by time.
 
-    Ports: input, (steps + 1) x width numbers and `unused` more; output: positions of the first n_joints columns,
+    Ports: input, (steps + 1) x width numbers; output: positions of the first n_joints columns,
     their velocities (the difference to the last row), the other columns, and as many zeros.
 
     Args:
@@ -28,11 +28,10 @@ class Playout(LinearSystem):
         n_fingers: columns without.
         steps: steps a frame.
         step: [s].
-        unused: further numbers in the input.
         row: what all rows hold at first, shape (width,).
     """
 
-    def __init__(self, n_joints: int, n_fingers: int, steps: int, step: float, unused: int, row: FloatArray) -> None:
+    def __init__(self, n_joints: int, n_fingers: int, steps: int, step: float, row: FloatArray) -> None:
         width = n_joints + n_fingers
         one, joints = np.eye(width), np.eye(n_joints, width)
         fingers = np.eye(n_fingers, width, n_joints)
@@ -44,12 +43,11 @@ class Playout(LinearSystem):
         none = np.zeros((n_fingers, (steps + 1) * width))
         c = [np.kron(first, joints), np.kron(first - last, joints) / step, np.kron(first, fingers), none]
         d = [np.kron(last, joints), np.kron(last, joints) / step, np.kron(last, fingers), none]
-        spare = ((0, 0), (0, unused))
         super().__init__(
             A=np.kron(shift, one),
-            B=np.pad(np.kron(load, one), spare),
+            B=np.kron(load, one),
             C=np.vstack(c),
-            D=np.pad(np.vstack(d), spare),
+            D=np.vstack(d),
             time_period=step,
         )
         self._rows = steps + 1

@@ -44,17 +44,16 @@ def hand_pose(full: ArrayLike) -> RigidTransform:
 
 def rotation_vector(rotation: FloatArray) -> FloatArray:
     """Axis times angle of a rotation matrix, shape (3,) [rad]."""
-    m = rotation
-    axis = np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
-    sine = 0.5 * math.sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2])
-    cosine = 0.5 * (m[0, 0] + m[1, 1] + m[2, 2] - 1.0)
+    (m00, m01, m02), (m10, m11, m12), (m20, m21, m22) = rotation.tolist()
+    x, y, z = m21 - m12, m02 - m20, m10 - m01
+    sine = 0.5 * math.sqrt(x * x + y * y + z * z)
+    cosine = 0.5 * (m00 + m11 + m22 - 1.0)
     angle = math.atan2(sine, cosine)
-    if sine > 1e-7:  # below it the axis is rounding noise
-        return axis * (0.5 * angle / sine)
-    if cosine > 0.0:
-        return axis * 0.5
+    if sine > 1e-7 or cosine > 0.0:  # below it the axis is rounding noise
+        share = 0.5 * angle / sine if sine > 1e-7 else 0.5
+        return np.array([x * share, y * share, z * share])
     # Half a turn: the axis is the largest column of (R + I) / 2.
-    column = 0.5 * (m + np.eye(3))
+    column = 0.5 * (rotation + np.eye(3))
     best = column[:, int(np.argmax(np.diag(column)))]
     return best * (angle / np.linalg.norm(best))
 

@@ -1,4 +1,4 @@
-"""How well labels and edges are found out of states: against true flags and the declared graph, fresh each trial.
+"""How well labels, edges and cuts are found out of states: against true flags, graph and pieces, fresh each trial.
 
 Only an evaluator looks at true flags.
 """
@@ -6,32 +6,31 @@ Only an evaluator looks at true flags.
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.graph import InteractionGraph
+from ichain_drake.learning.discovery.cuts import cut_pieces
 from ichain_drake.learning.discovery.edges import discover_graph
 from ichain_drake.learning.discovery.labels import raw_piece
-from ichain_drake.learning.discovery.search import FoundEdge, search
-from ichain_drake.learning.status.scores import event_f1, f1
+from ichain_drake.learning.discovery.search import search
 from ichain_drake.robot import Physics
+from ichain_drake.runs.baselines import BASELINES, PCMCI, RUPTURES, check_baselines, pcmci_edges, ruptures_cuts
 from ichain_drake.runs.clusters.workers import Say, Workers
+from ichain_drake.runs.discovery_scores import Row, cut_scores, edge_scores, one_recording_each, scores, summary
+from ichain_drake.runs.distractors import SPACES as DISTRACTORS
+from ichain_drake.runs.distractors import distracted
 from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import evaluate_jobs
 from ichain_drake.scenarios.base import Scenario
-from ichain_drake.state import BoolArray
 
-LABELS, EDGES = "labels", "edges"
-METHODS = (LABELS, EDGES)
-_KEYS = ("all", "shown", "switchings")
-
-Row = dict[str, Any]
+LABELS, EDGES, CUTS, DISTRACTED = "labels", "edges", "cuts", "edges@distractors"
+METHODS = (LABELS, EDGES, CUTS, DISTRACTED, *BASELINES)
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,8 @@ class DiscoveryTrial:
         overrides: its settings.
         physics: of the world.
         seed: of the demonstrations.
-        methods: `labels` (the graph is given), `edges` (it isn't).
+        methods: `labels` (the graph is given), `edges` (it isn't; `@distractors` among objects that act on nothing),
+            `cuts` (of all pieces in one recording), and baselines.
     """
 
     kind: type[Scenario]
@@ -65,9 +65,9 @@ class DiscoveryTrial:
             for name, method in zip(self.ids, self.methods, strict=True):
                 if name in ids:
                     began = time.process_time()
-                    found = _found(pieces, scenario.graph, method)
+                    figures = _figures(pieces, scenario.graph, method, self.seed)
                     seconds = round(time.process_time() - began, 1)
-                    yield name, self._row(method) | scores(found, pieces, scenario.graph) | {"seconds": seconds}
+                    yield name, self._row(method) | figures | {"seconds": seconds}
 
     def _row(self, method: str) -> Row:
         return {"method": method, "seed": self.seed, "reason": ""}
@@ -77,54 +77,28 @@ class DiscoveryTrial:
         return self._row(self.methods[self.ids.index(name)]) | {"reason": reason}
 
 
-def _found(pieces: Sequence[Demonstration], graph: InteractionGraph, method: str) -> Sequence[FoundEdge]:
-    raw = [raw_piece(p, graph) for p in pieces]
-    spaces = {n: s.observable for n, s in graph.objects.items()}
+def _figures(pieces: Sequence[Demonstration], graph: InteractionGraph, method: str, seed: int) -> Row:
+    if method in (CUTS, RUPTURES):
+        logs, resets = one_recording_each(pieces)
+        if method == RUPTURES:
+            return cut_scores([ruptures_cuts(log, graph) for log in logs], resets)
+        cuts = cut_pieces(logs, graph).cuts
+        return cut_scores([[c.row for c in cuts if c.log == log.name] for log in logs], resets)
+    if method == PCMCI:
+        return edge_scores(pcmci_edges(pieces, graph), graph)
+    if method == DISTRACTED:
+        raw, spaces = distracted(pieces, graph, seed)
+    else:
+        raw, spaces = [raw_piece(p, graph) for p in pieces], {n: s.observable for n, s in graph.objects.items()}
+    if method == LABELS:
+        return scores(search(raw, spaces, graph.root, graph.interactions), pieces, graph)
+    found = discover_graph(raw, spaces, graph.root).found
     if method == EDGES:
-        return discover_graph(raw, spaces, graph.root).found
-    return search(raw, spaces, graph.root, graph.interactions)
-
-
-def scores(found: Sequence[FoundEdge], pieces: Sequence[Demonstration], graph: InteractionGraph) -> Row:
-    """Figures of what was found.
-
-    Returns:
-        `edges`, `missing`, `extra` and `shd` (structural Hamming distance: both together, a turned edge once), and
-        `flags`: per true edge that was found F1 on all rows, on rows in which its effect shows, and of its switchings
-        within one row; of those that were not found 0.
-    """
-    true, got = set(graph.interactions), {f.edge for f in found}
-    missing, extra = true - got, got - true
-    turned = sum(Interaction(e.child, e.parent) in extra for e in missing)
-    by_edge = {f.edge: f for f in found}
-    return {
-        "edges": len(true),
-        "missing": sorted(e.name for e in missing),
-        "extra": sorted(e.name for e in extra),
-        "shd": len(missing) + len(extra) - turned,
-        "flags": {e.name: _flag_scores(by_edge.get(e), pieces, e) for e in graph.interactions},
-    }
-
-
-def _flag_scores(found: FoundEdge | None, pieces: Sequence[Demonstration], edge: Interaction) -> dict[str, float]:
-    if found is None:
-        return {"all": 0.0, "shown": 0.0, "switchings": 0.0}
-    truths: list[BoolArray] = []
-    told: list[BoolArray] = []
-    shown: list[BoolArray] = []
-    for piece in pieces:
-        if edge.name in piece.table and piece.name in found.on:
-            truths.append(np.asarray(piece.table[edge.name].to_numpy(dtype=float) > 0.5))  # noqa: PLR2004 - a flag
-            told.append(found.on[piece.name])
-            shown.append(~found.open[piece.name])
-    if not truths:  # flagged in no piece: a permanent coupling
-        return {"all": 1.0, "shown": 1.0, "switchings": 1.0}
-    truth, on, sure = (np.concatenate(parts) for parts in (truths, told, shown))
-    return {
-        "all": round(f1(truth, on), 4),
-        "shown": round(f1(truth[sure], on[sure]), 4),
-        "switchings": round(event_f1(truths, told), 4),
-    }
+        return scores(found, pieces, graph)
+    # What acts on a distractor (on the follower the robot does) is no mistake.
+    about = [f for f in found if f.edge.child not in DISTRACTORS or f.edge.parent in DISTRACTORS]
+    rivals = [f"{f.edge.name} or {r.parent}" for f in about for r in f.rivals]
+    return scores(about, pieces, graph) | {"rivals": rivals}
 
 
 @dataclass(frozen=True)
@@ -142,7 +116,7 @@ class DiscoveryEvaluation:
     scenario: Scenario
     overrides: tuple[str, ...]
     trials: int
-    methods: tuple[str, ...] = field(default=METHODS)
+    methods: tuple[str, ...] = field(default=(LABELS, EDGES, CUTS))
     workers: Workers = Workers()
 
     def check(self) -> None:
@@ -153,7 +127,8 @@ class DiscoveryEvaluation:
         """
         other = [m for m in self.methods if m not in METHODS]
         if other:
-            raise InputError(f"{other[0]} can't be evaluated beside {' or '.join(METHODS)}; ask for it by itself")
+            raise InputError(f"{other[0]} can't be evaluated beside {', '.join(METHODS)}; ask for it by itself")
+        check_baselines(self.methods)
         if self.trials < 1:
             raise InputError("--trials and --jobs: give numbers from 1")
 
@@ -181,23 +156,3 @@ def evaluate_discovery(what: DiscoveryEvaluation, say: Say, rows: RowFile) -> di
         return {"rows": flat, "table": [summary(m, [r for r in flat if r["method"] == m]) for m in what.methods]}
 
     return evaluate_jobs(trials, what.workers, rows, found, say)
-
-
-def summary(method: str, rows: Sequence[Mapping[str, Any]]) -> Row:
-    """One line of the table: sums over seeds, and the lowest and mean F1 of flags."""
-    done = [r for r in rows if not r["reason"]]
-    every = [f for r in done for f in r["flags"].values()]
-    edges = sum(r["edges"] for r in done)
-    missing, extra = (sum(len(r[key]) for r in done) for key in ("missing", "extra"))
-    got = edges - missing
-    return {
-        "method": method,
-        "seeds": len(rows),
-        "failed": len(rows) - len(done),
-        "recall": got / edges if edges else None,
-        "precision": got / (got + extra) if got + extra else None,
-        "mean_shd": float(np.mean([r["shd"] for r in done])) if done else None,
-        "exact": sum(r["shd"] == 0 for r in done),
-        **{f"f1_{key}": float(np.mean([f[key] for f in every])) if every else None for key in _KEYS},
-        "seconds": float(np.mean([r["seconds"] for r in done])) if done else None,
-    }

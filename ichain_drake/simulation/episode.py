@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort, System
-from pydrake.systems.primitives import LogVectorOutput
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
 
 from ichain_drake.control.tracking.arrival import Arrival
 from ichain_drake.control.tracking.systems import PathController, PathFollower
@@ -77,7 +77,8 @@ class Episode:
         builder.AddSystem(world)
         builder.AddSystem(commander)
         wire(builder, world, commander, truth)
-        self._sinks = self._add_logs(builder) if log else {}
+        self._places: dict[str, slice] = {}
+        self._sink = self._add_log(builder) if log else None
         self.diagram: Diagram = builder.Build()
         self.simulator = Simulator(self.diagram)
         self.context = self.simulator.get_mutable_context()
@@ -88,7 +89,8 @@ class Episode:
         """What follows the path; None where there is none."""
         return self.commander.follower if isinstance(self.commander, PathController) else None
 
-    def _add_logs(self, builder: DiagramBuilder) -> dict[str, LeafSystem]:
+    def _add_log(self, builder: DiagramBuilder) -> VectorLogSink:
+        """One log of all that is logged, side by side: each sink of its own would cost something on every step."""
         ports: dict[str, OutputPort] = {"command": self.commander.GetOutputPort("hand_command")}
         for name in self.world.graph.objects:
             for port in ("state", "measured", "active"):
@@ -99,7 +101,13 @@ class Episode:
         for port in _DOING:
             if self.commander.HasOutputPort(port):
                 ports[port] = self.commander.GetOutputPort(port)
-        return {key: LogVectorOutput(port, builder, FRAME) for key, port in ports.items() if port.size()}
+        logged = {key: port for key, port in ports.items() if port.size()}
+        joined = builder.AddSystem(Multiplexer([port.size() for port in logged.values()]))
+        end = 0
+        for i, (key, port) in enumerate(logged.items()):
+            builder.Connect(port, joined.get_input_port(i))
+            self._places[key], end = slice(end, end + port.size()), end + port.size()
+        return LogVectorOutput(joined.get_output_port(), builder, FRAME)
 
     def run(self, ticks: int, stop: Callable[[Episode], bool] | None = None) -> bool:
         """Advance tick by tick.
@@ -119,7 +127,7 @@ class Episode:
         """To a tick, frame by frame if somebody watches, which gives the same."""
         last = tick * FRAMES_PER_TICK
         # Counted in frames: a number of ticks may end a rounding error before its last frame.
-        if watcher is None or not self._sinks:
+        if watcher is None or self._sink is None:
             self.simulator.AdvanceTo(last * FRAME)
             return
         if self._seen_by is not watcher:
@@ -147,14 +155,16 @@ class Episode:
 
     def recent(self, name: str) -> FloatArray:
         """True states of an object at the frames of the last tick, its start included, shape (n, n_variables)."""
-        rows = self._sinks[f"{name}.state"].FindLog(self.context).data().T
-        return rows[-FRAMES_PER_TICK - 1 :].copy()
+        assert self._sink is not None
+        rows = self._sink.FindLog(self.context).data()[self._places[f"{name}.state"], -FRAMES_PER_TICK - 1 :].T
+        return rows.copy()
 
     def log(self) -> EpisodeLog:
         """What has been logged so far."""
-        data = {key: sink.FindLog(self.context) for key, sink in self._sinks.items()}
-        rows = {key: np.array(d.data()).T.copy() for key, d in data.items()}
-        times = np.array(data["command"].sample_times())
+        assert self._sink is not None
+        logged = self._sink.FindLog(self.context)
+        times, data = np.array(logged.sample_times()), logged.data()
+        rows = {key: data[place].T.copy() for key, place in self._places.items()}
         names = self.world.graph.objects
         return EpisodeLog(
             times,

@@ -9,18 +9,17 @@ from __future__ import annotations
 
 import html
 import json
-import threading
 import time
 import urllib.error
 import urllib.request
 from collections.abc import Mapping, Sequence
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from typing import Any
 
 from pydrake.geometry import Meshcat
 
 from ichain_drake.errors import IchainError
+from ichain_drake.visualization.page_server import Content, PageServer
 
 _CONNECT = "url = location.toString();"
 _PAD = 2  # place of the gamepad's part in a line of instructions
@@ -59,15 +58,14 @@ class LivePage:
         self._page = _page(_fetch(f"{self._origin}/")[0].decode(), meshcat.ws_url(), config)
         self._status = b"{}"
         self._asked = 0.0
-        self._server = ThreadingHTTPServer(("127.0.0.1", 0), self._handler())
-        self._server.daemon_threads = True
-        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
-        self._thread.start()
+        self._server = PageServer(
+            {"/": self._shown, "/index.html": self._shown, "/ichain/status": self._told}, self._relayed
+        )
 
     @property
     def address(self) -> str:
         """URL to open in a browser."""
-        return f"http://127.0.0.1:{self._server.server_address[1]}/"
+        return self._server.address
 
     @property
     def watched(self) -> bool:
@@ -88,52 +86,23 @@ class LivePage:
 
     def close(self) -> None:
         """Stop serving."""
-        self._server.shutdown()
-        self._server.server_close()
-        self._thread.join()
+        self._server.close()
 
-    def _handler(self) -> type[BaseHTTPRequestHandler]:
-        page = self
+    def _shown(self) -> Content:
+        return self._page, "text/html; charset=utf-8"
 
-        class Handler(BaseHTTPRequestHandler):
-            protocol_version = "HTTP/1.1"
+    def _told(self) -> Content:
+        self._asked = time.monotonic()
+        return self._status, "application/json"
 
-            def do_GET(self) -> None:  # noqa: N802 - the base class's name
-                path = self.path.partition("?")[0]
-                if path == "/ichain/status":
-                    page._asked = time.monotonic()
-                    self._reply(page._status, "application/json")
-                elif path in ("/", "/index.html"):
-                    self._reply(page._page, "text/html; charset=utf-8")
-                else:
-                    self._relay(path)
-
-            def _relay(self, path: str) -> None:
-                """The viewer's script and the scene's meshes come from Meshcat's own server."""
-                try:
-                    content, kind = _fetch(page._origin + path)
-                except urllib.error.HTTPError as error:
-                    self.send_error(error.code)
-                except OSError:
-                    self.send_error(502)
-                else:
-                    self._reply(content, kind)
-
-            def _reply(self, content: bytes, kind: str) -> None:
-                try:
-                    self.send_response(200)
-                    self.send_header("Content-Type", kind)
-                    self.send_header("Content-Length", str(len(content)))
-                    self.send_header("Cache-Control", "no-store")
-                    self.end_headers()
-                    self.wfile.write(content)
-                except OSError:  # whoever asked has left
-                    self.close_connection = True
-
-            def log_message(self, format: str, *args: Any) -> None:
-                """Requests are nobody's concern."""
-
-        return Handler
+    def _relayed(self, path: str) -> Content | int:
+        """The viewer's script and the scene's meshes come from Meshcat's own server."""
+        try:
+            return _fetch(self._origin + path)
+        except urllib.error.HTTPError as error:
+            return error.code
+        except OSError:
+            return 502
 
 
 def _fetch(address: str) -> tuple[bytes, str]:

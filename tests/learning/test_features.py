@@ -100,6 +100,13 @@ def test_leading_dimensions_and_empty_features() -> None:
     np.testing.assert_array_equal(code.encode(batch[1], batch[0])[2], code.encode(batch[1, 2], batch[0, 2]))
 
 
+@pytest.mark.parametrize("space", [SPACE, StateSpace("plain", SPACE.variables[:1])])
+def test_derivatives_by_features_are_carried_to_the_state(space: StateSpace) -> None:
+    features, rng = StateFeatures(space, "raw"), np.random.default_rng(0)
+    by_features, at = rng.standard_normal((2, 3, len(features))), rng.uniform(-3, 3, (2, len(space)))
+    np.testing.assert_array_equal(features.by_state(by_features, at), by_features @ features.jacobian(at))
+
+
 def test_body_features_need_a_pose() -> None:
     with pytest.raises(InputError, match="lamp has no position x, y with an orientation"):
         StateFeatures(StateSpace("lamp", (Variable("glow"),)), "body")

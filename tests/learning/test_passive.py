@@ -7,6 +7,10 @@ import pytest
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning import InteractionModel, learn_interactions
+from ichain_drake.learning.data import collect
+from ichain_drake.learning.noise import measurement_std
+from ichain_drake.learning.passive import learn_passive
+from ichain_drake.learning.spec import InteractionSpec
 from ichain_drake.state import StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -67,3 +71,26 @@ def test_what_returns_slowly_does_so_when_predicted() -> None:
 
 def test_what_stays_where_it_is_left_holds() -> None:
     assert learned(1.0, 20).passive["spring"].variables[0].kind == "hold"
+
+
+@pytest.mark.parametrize("seed", [11, 17])
+def test_what_readings_alone_may_give_is_no_drift(seed: int) -> None:
+    rng, names = np.random.default_rng(seed), "abcdef"
+    still = InteractionGraph(
+        {
+            "finger": GRAPH.objects["finger"],
+            "thing": StateSpace("thing", tuple(Variable(n, "m") for n in names)),
+        },
+        ["finger->thing"],
+    )
+    pieces = []
+    for k in range(13):
+        rows = int(rng.integers(10, 52))
+        read = rng.normal(size=len(names)) + 0.1 * rng.normal(size=(rows, len(names)))
+        states = {f"thing.{n}": column for n, column in zip(names, read.T, strict=True)}
+        table = {"time": TICK * np.arange(rows), "finger.z": rng.uniform(size=rows), **states}
+        table["finger->thing"] = (np.arange(rows) >= rows - 2).astype(float)
+        pieces.append(Demonstration(pd.DataFrame(table), name=f"rest_{k}"))
+    data = collect(pieces, still)
+    passive = learn_passive(data, "thing", InteractionSpec(), {"thing": measurement_std(data, "thing")})
+    assert {v.kind for v in passive.variables} == {"hold"}

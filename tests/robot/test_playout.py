@@ -14,13 +14,13 @@ from ichain_drake.timing import FRAME
 def test_rows_are_played_from_the_first_step_on_and_the_last_one_stays(steps: int) -> None:
     step = 0.25
     start = np.array([1.0, 2.0, 0.5])
-    playout = Playout(2, 1, steps, step, unused=2, row=start)
+    playout = Playout(2, 1, steps, step, start)
     context = playout.CreateDefaultContext()
     rows = start + np.arange(1, steps + 2)[:, None] * np.array([0.1, -0.2, 0.01])
-    quiet, port = np.zeros(rows.size + 2), playout.get_input_port()
+    quiet, port = np.zeros(rows.size), playout.get_input_port()
     last = start
     for k in range(steps + 2):
-        port.FixValue(context, np.concatenate([(rows - start).ravel(), [7.0, 8.0]]) if k == 0 else quiet)
+        port.FixValue(context, (rows - start).ravel() if k == 0 else quiet)
         expected = rows[min(k, steps)]
         output = playout.get_output_port().Eval(context)
         velocity = (expected - last)[:2] / step
@@ -64,6 +64,23 @@ def test_a_run_goes_on_from_a_cloned_context_as_it_would_have() -> None:
     plant = runner.robot.plant
     ends = [plant.GetPositions(plant.GetMyContextFromRoot(s.get_context())) for s in (runner.simulator, other)]
     np.testing.assert_array_equal(*ends)
+
+
+def test_a_tick_is_planned_when_it_begins_with_the_command_of_that_instant() -> None:
+    spec = RobotSpec(hand=HandSpec(["x", "y", "z"]), home={"x": 0.45, "z": 0.25})
+    robot = build_robot(spec, "arm")
+    follow, calls = robot.kinematics.follow, []
+    robot.kinematics.follow = lambda *args: calls.append(1) or follow(*args)
+    context = robot.CreateDefaultContext()
+    robot.GetInputPort("hand_command").FixValue(context, [0.46, 0.0, 0.25])
+    simulator, counts = Simulator(robot, context), []
+    for frame in range(1, 11):
+        simulator.AdvanceTo((frame - 0.5) * FRAME)
+        counts.append(len(calls))
+    assert counts[0] >= 4
+    assert counts == counts[:1] * 10
+    setpoint = robot.GetOutputPort("setpoint").Eval(simulator.get_context())
+    np.testing.assert_array_equal(setpoint[:3], [0.46, 0.0, 0.25])
 
 
 def test_a_still_arm_rests() -> None:

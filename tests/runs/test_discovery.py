@@ -10,7 +10,8 @@ import pytest
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.discovery.search import FoundEdge
 from ichain_drake.runs import discovery
-from ichain_drake.runs.discovery import scores, summary
+from ichain_drake.runs.discovery_scores import cut_scores, edge_scores, one_recording_each, scores, summary
+from ichain_drake.timing import TICK
 
 PIECES = bath_log.pieces(2)
 
@@ -61,6 +62,31 @@ def test_a_line_sums_over_seeds() -> None:
     assert line["recall"] == pytest.approx(3 / 4)
     assert line["precision"] == pytest.approx(3 / 4)
     assert line["mean_shd"] == 1.0
+
+
+def test_edges_alone_have_no_flags() -> None:
+    row = edge_scores({Interaction("hand", "lever"), Interaction("tank", "lever")}, bath_log.GRAPH)
+    assert (row["shd"], row["missing"], row["flags"]) == (1, ["lever->tank"], {})
+    assert row["extra"] == ["tank->lever"]  # turned
+
+
+def test_a_cut_counts_within_one_row_and_once() -> None:
+    row = cut_scores([[10, 19, 20, 22, 31], []], [[10, 20, 30], [7]])
+    assert row["missing"] == ["recording1/7"]
+    assert row["extra"] == ["recording0/19", "recording0/22"]
+    assert (row["true"], row["shd"]) == (4, 3)
+    line = summary("cuts", [{"reason": "", "seconds": 1.0, **row}])
+    assert (line["recall"], line["precision"]) == (pytest.approx(3 / 4), pytest.approx(3 / 5))
+    assert line["f1_all"] is None
+
+
+def test_pieces_of_the_same_columns_are_one_recording() -> None:
+    other = [replace(p, table=p.table.drop(columns=["tank.level"])) for p in PIECES]
+    logs, resets = one_recording_each([PIECES[0], other[0], PIECES[1]])
+    assert [len(log) for log in logs] == [len(PIECES[0]) + len(PIECES[1]), len(PIECES[0])]
+    assert resets == [[len(PIECES[0])], []]
+    assert not any("->" in c for log in logs for c in log.table.columns)
+    assert np.allclose(np.diff(logs[0].table["time"]), TICK)
 
 
 def test_an_edge_that_was_not_found_scores_nothing_and_one_that_no_piece_flags_all() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from pydrake.systems.framework import Context, Diagram, LeafSystem, State, System
-from pydrake.systems.primitives import VectorLogSink
+from pydrake.systems.primitives import Multiplexer, VectorLogSink
 
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.control.tracking.systems import Controller, PathController
@@ -73,14 +73,22 @@ def wires(top: Diagram) -> list[tuple[str, System]]:
 
 
 @pytest.mark.parametrize("physics", ["ideal", "contact"])
-def test_nothing_but_loggers_reads_an_active_port(physics: str) -> None:
+def test_nothing_but_the_log_reads_an_active_port(physics: str) -> None:
     """`active` is for labels and scoring: no controller, follower or other object is connected to it."""
     game = CarGame(physics=physics)  # type: ignore[arg-type]
     world = game.make_world(LINE, 0)
     episode = Episode(world, along(LINE, Pusher()))
     readers = [reader for port, reader in wires(episode.diagram) if port.split(".")[-1] == "active"]
-    assert len(readers) == 2  # the joystick's and the car's log
-    assert all(isinstance(reader, VectorLogSink) for reader in readers)
+    assert len(readers) == 2  # the joystick's and the car's
+    assert isinstance(readers[0], Multiplexer)
+    assert readers[0] is readers[1]
+    joined = readers[0].get_output_port()
+    behind = [
+        reader
+        for (reader, _), (source, port) in episode.diagram.connection_map().items()
+        if source.get_output_port(port) is joined
+    ]
+    assert [type(reader) for reader in behind] == [VectorLogSink]
 
 
 def test_controller_and_follower_read_what_was_measured() -> None:

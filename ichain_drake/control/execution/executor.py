@@ -20,7 +20,7 @@ from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
 from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
 from ichain_drake.control.execution.memory import ExecutorSettings, Memory
-from ichain_drake.control.execution.monitoring import deviation, gone, undriven, unmet
+from ichain_drake.control.execution.monitoring import asked, deviation, gone, spoiled, undriven, unmet
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
 from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Task, View
@@ -220,7 +220,8 @@ class Executor:
             return
         if memory.step >= 0 and self.settings.monitors:
             done = memory.plan.steps[memory.step]
-            off = deviation(self._model(memory), done, now)
+            model, steps = self._model(memory), memory.plan.steps
+            off = deviation(model, done, now) or spoiled(model, self.goal, steps, memory.step, now)
             if off:
                 self._contradicted(memory)
                 if undriven(self.model, done, memory.began, now):
@@ -241,7 +242,8 @@ class Executor:
         self._replan(memory, "goal unmet", missing)
 
     def _plan(self, memory: Memory, now: States) -> None:
-        found = self.planner(now, self.goal, memory.cautious, memory.contradictions)
+        goal = asked(self._model(memory), self.goal, now) if self.settings.monitors else self.goal
+        found = self.planner(now, goal, memory.cautious, memory.contradictions)
         if isinstance(found, NoPlan):
             if self.settings.monitors and not memory.looked_again:
                 # One reading less noisy may be all that is missing.

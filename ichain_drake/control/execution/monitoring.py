@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ichain_drake.control.planning.goals import gap, inside, value_of, words
+from ichain_drake.control.planning.goals import gap, surely, value_of, words
 from ichain_drake.control.planning.plan import Goal, PlanStep, States
 from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.learning.model import InteractionModel
@@ -44,7 +45,7 @@ def unmet(model: InteractionModel, goal: Goal, states: States, readings: int = L
         value = float(value_of(c, states, model.graph))
         if gap(c, value) > 0:
             return f"{words(c, model.graph)} does not hold: it is {value:.4g}"
-        if gap(inside(c, model, LEARNING.sure / math.sqrt(readings)), value) > 0:
+        if gap(surely(c, model, readings), value) > 0:
             return f"{words(c, model.graph)} holds by less than readings can tell: it is {value:.4g}"
     for e in goal.inactive:
         if float(model.decide(e, states)) >= 0:
@@ -53,6 +54,20 @@ def unmet(model: InteractionModel, goal: Goal, states: States, readings: int = L
         if float(model.decide(e, states)) < 0:
             return f"{e.name} is not active"
     return ""
+
+
+def asked(model: InteractionModel, goal: Goal, now: States) -> Goal:
+    """A goal as it is asked of a planner: what holds already is to hold by as much as `unmet` wants in the end.
+
+    Else what holds by less than readings can tell is done to the planner, and unmet as soon as it has planned nothing.
+
+    Args:
+        model: the learned graph, with the noise of this run.
+        goal: what is wanted.
+        now: measured states, shape (n_variables,) each.
+    """
+    conditions = (surely(c, model) if gap(c, value_of(c, now, model.graph)) == 0 else c for c in goal.conditions)
+    return replace(goal, conditions=tuple(conditions))
 
 
 def deviation(model: InteractionModel, step: PlanStep, now: States) -> str:
@@ -83,6 +98,28 @@ def deviation(model: InteractionModel, step: PlanStep, now: States) -> str:
                     f"{name}.{v.name} is {now[name][i]:.3g} where {step.predicted[name][i]:.3g} was predicted "
                     f"after {step.chain[-1].name}"
                 )
+    return ""
+
+
+def spoiled(model: InteractionModel, goal: Goal, plan: Sequence[PlanStep], done: int, now: States) -> str:
+    """Which condition of a goal a step was to leave met, does not, and no later step is about, in words; empty if none.
+
+    A little less than predicted is no deviation, but what nothing is going to make good is seen to at once.
+
+    Args:
+        model: the learned graph.
+        goal: what is wanted.
+        plan: its steps.
+        done: index of the step that has been done.
+        now: measured states, shape (n_variables,) each.
+    """
+    later = {e.child for s in plan[done + 1 :] for e in s.chain}
+    for c in goal.conditions:
+        if c.object in later or c.object not in plan[done].predicted:
+            continue
+        value = float(value_of(c, now, model.graph))
+        if gap(c, value_of(c, plan[done].predicted, model.graph)) == 0 and gap(c, value) > 0:
+            return f"{words(c, model.graph)} does not hold after {plan[done].chain[-1].name}: it is {value:.4g}"
     return ""
 
 

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.model import Batch, conserved, keeps, span, stack, take
-from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.planning.stops import Stop
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
@@ -164,18 +165,25 @@ class Run:
                 out[r] = change > PLANNING.least * self.rate[r] * passed
         return out
 
-    def undo(self, ends: Batch, rows: Sequence[int]) -> Batch:
-        """Robot and carried objects back to where the drive began, then these to where they were before."""
-        pick = np.array(rows, dtype=np.intp)
+    def undo(self, ends: Batch, stops: Sequence[Stop]) -> Batch:
+        """Robot and carried objects back to where the drive began, then these to where they were before.
+
+        Args:
+            ends: states at the stops, shape (n_stops, n_variables) each: a drive that stops on the robot's way turns
+                back from there.
+            stops: where and when each drive stops.
+        """
+        pick = np.array([s.row for s in stops], dtype=np.intp)
         out = {n: v.copy() for n, v in ends.items()}
-        for step in range(int(self.ramp[pick].max(initial=0))):
-            on = np.flatnonzero(self.ramp[pick] > step)
-            share = ((step + 1) / self.ramp[pick[on]])[:, None]
-            back = self.hold[pick[on]] + share * (self.first[pick[on]] - self.hold[pick[on]])
+        away = np.minimum([s.step for s in stops], self.ramp[pick])
+        for step in range(int(away.max(initial=0))):
+            on = np.flatnonzero(away > step)
+            share = ((step + 1) / away[on])[:, None]
+            back = ends[self.root][on] + share * (self.first[pick[on]] - ends[self.root][on])
             now, _ = self.model.step(take(out, on), back, strict=False)
             for n, v in now.items():
                 out[n][on] = v
-        for k, r in enumerate(rows):
+        for k, r in enumerate(pick):
             carry = self.drives[r].carry
             if carry is not None:
                 out[carry.edge.child][k, carry.follow] = self.start[carry.edge.child][r, carry.follow]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of, words
 from ichain_drake.control.planning.model import span
-from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, States
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel

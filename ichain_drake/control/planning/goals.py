@@ -208,6 +208,11 @@ def kept_by_itself(model: InteractionModel, condition: Condition) -> bool:
     return bool(keeps(model, condition.object)[index])
 
 
+def surely(condition: Condition, model: InteractionModel, readings: int = LEARNING.look) -> Condition:
+    """A condition that holds by as much as the mean of some readings can tell: when a goal counts as reached."""
+    return inside(condition, model, LEARNING.sure / math.sqrt(readings))
+
+
 def inside(condition: Condition, model: InteractionModel, noises: float, share: float = 0.0) -> Condition:
     """A condition that is met by a margin, where its range and the variable's bounds leave room.
 

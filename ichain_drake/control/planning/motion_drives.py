@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption
+from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.model import Batch, is_change, keeps, row, span, take
 from ichain_drake.control.planning.motion_links import Links, best_motion, link, run_on, thinned
-from ichain_drake.control.planning.options import DriveOption, chains
+from ichain_drake.control.planning.options import chains
 from ichain_drake.control.planning.travel import jumping, parked_state
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction

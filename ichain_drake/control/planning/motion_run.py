@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.drive_run import Run
 from ichain_drake.control.planning.holding import taken_as
 from ichain_drake.control.planning.model import Batch
-from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction

@@ -6,12 +6,11 @@ robot on, drive a variable of its last object until it stops changing, and let g
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-
 import networkx as nx
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption
+from ichain_drake.control.planning.drive_option import DriveOption, beside
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import (
     Batch,
@@ -23,8 +22,6 @@ from ichain_drake.control.planning.model import (
     span,
     take,
 )
-from ichain_drake.control.planning.motion import Motion
-from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.travel import jumping
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
@@ -32,82 +29,6 @@ from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray, IntArray
-
-
-@dataclass(frozen=True, eq=False)
-class DriveOption:
-    """A chain of interactions through which a variable of its last object is driven.
-
-    Attributes:
-        chain: from the robot to the object.
-        variable: index of the driven variable.
-        direction: +1 or -1.
-        rate: fastest change in a tick that is predicted for a sample, in the variable's unit.
-        carry: how the first object is carried, where it follows the robot; else None.
-        hold: sample of all states while the variable is driven.
-        before: sample of all states with the chain active, but the variable quiet; equals `hold` where none is needed.
-        motion: of the robot, by which the variable is driven; None where it holds still.
-        anchor: object that the samples are relative to; None where they hold as they are.
-        others: further samples of all states that drive it as well, the surest first, shape (n, n_variables) each.
-    """
-
-    chain: tuple[Interaction, ...]
-    variable: int
-    direction: int
-    rate: float
-    carry: CarryOption | None
-    hold: Batch
-    before: Batch
-    motion: Motion | None = None
-    anchor: str | None = None
-    others: Batch = field(default_factory=dict)
-
-    def placed(self, frames: Frames, states: States) -> DriveOption | None:
-        """The same where the object is now that its samples are relative to: the surest that is within reach there.
-
-        Args:
-            frames: of the learned graph.
-            states: now, shape (n_variables,) each.
-
-        Returns:
-            None if none of its samples is.
-        """
-        if self.anchor is None:
-            return self
-        first = self.chain[0].child if self.carry is not None else None
-        hold, before, others = (
-            beside(frames, sample, self.chain[0].parent, first, self.anchor, states[self.anchor])
-            for sample in (self.hold, self.before, self.others)
-        )
-        every = {n: np.concatenate([hold[n][None], v]) for n, v in others.items()}
-        moved = first or self.chain[0].parent
-        usable = frames.in_reach(moved, every[moved])
-        if first is not None and (usable & frames.is_shown(first, every[first])).any():
-            usable &= frames.is_shown(first, every[first])
-        if not usable.any():
-            return None
-        best = int(np.argmax(usable))
-        return replace(self, hold=row(every, best), before=before if best == 0 else row(every, best))
-
-
-def beside(frames: Frames, sample: Batch, root: str, carried: str | None, anchor: str, now: FloatArray) -> Batch:
-    """A sample of all states with the robot, and what it carries, where they are relative to something now.
-
-    Args:
-        frames: of the learned graph.
-        sample: shape (..., n_variables) each.
-        root: the robot.
-        carried: what goes along with it, if anything does.
-        anchor: what they are relative to.
-        now: its state now, shape (..., n_anchor).
-    """
-    out, by, then = dict(sample), anchor, sample[anchor]
-    out[anchor] = np.broadcast_to(now, then.shape).copy()
-    if carried is not None:
-        out[carried] = frames.along(carried, sample[carried], anchor, then, now)
-        by, then, now = carried, sample[carried], out[carried]
-    out[root] = frames.along(root, sample[root], by, then, now)
-    return out
 
 
 def chains(model: InteractionModel) -> tuple[tuple[Interaction, ...], ...]:
@@ -238,6 +159,9 @@ def _drives_of(
             if best < least[v]:
                 continue
             nearly = np.flatnonzero(total >= PLANNING.nearly * best)
+            if carry is not None:
+                shown = _shown(model, carry, poses[carry.edge.child][nearly][:, carry.follow])
+                nearly = nearly[shown] if shown.any() else nearly
             nearly = nearly[np.argsort(-sure[nearly], kind="stable")]
             before = hold = int(nearly[0])
             if carry is not None:
@@ -309,13 +233,42 @@ def _unseen(model: InteractionModel, carry: CarryOption, poses: FloatArray, widt
 
     Passed through once, on the way to somewhere else, is not enough: several demonstrated poses must be near.
     """
-    obj = carry.edge.child
-    variables = model.graph.objects[obj].observable.variables
+    before = _unturned(model, carry, poses)
+    if before is None:
+        return np.zeros(len(poses))
+    return _several((np.abs(_off(model, carry, before)) / width).sum(axis=2))
+
+
+def _shown(model: InteractionModel, carry: CarryOption, poses: FloatArray) -> BoolArray:
+    """Whether poses, not turned yet, were demonstrated, by all that readings tell, shape (n,).
+
+    What is carried is turned where it was brought to. Where it was only ever turned, something may be below.
+    """
+    before = _unturned(model, carry, poses)
+    if before is None:
+        return np.ones(len(poses), dtype=bool)
+    noise = np.sqrt(2.0) * np.maximum(model.noise[carry.edge.child][carry.follow], 1e-12)
+    away = np.abs(_off(model, carry, before) / noise).max(axis=2)
+    return np.asarray(_several(away) <= LEARNING.surely)
+
+
+def _unturned(model: InteractionModel, carry: CarryOption, poses: FloatArray) -> FloatArray | None:
+    """Poses turned as the object was let go, shape (n, n_follow); None where it has no place, or nothing turns."""
+    variables = model.graph.objects[carry.edge.child].observable.variables
     turned = [k for k, i in enumerate(carry.follow) if (r := variables[i].role) is None or r.kind != "position"]
     if len(turned) in (0, len(carry.follow)):
-        return np.zeros(len(poses))
+        return None
     before = poses.copy()
     before[:, turned] = np.median(carry.places[:, turned], axis=0)
-    seen = model.edges[carry.edge].examples.active[obj][:, carry.follow]
-    away = (np.abs(before[:, None, :] - seen[None]) / width).sum(axis=2)
-    return np.sort(away, axis=1)[:, min(LEARNING.few, len(seen)) - 1]
+    return before
+
+
+def _off(model: InteractionModel, carry: CarryOption, poses: FloatArray) -> FloatArray:
+    """Differences from poses in which the object was carried, shape (n, n_shown, n_follow)."""
+    seen = model.edges[carry.edge].examples.active[carry.edge.child][:, carry.follow]
+    return np.asarray(poses[:, None, :] - seen[None])
+
+
+def _several(away: FloatArray) -> FloatArray:
+    """Of distances, shape (n, n_shown), within which several demonstrated poses lie, shape (n,)."""
+    return np.sort(away, axis=1)[:, min(LEARNING.few, away.shape[1]) - 1]

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 from ichain_drake.control.planning.borders import Border, find_borders
 from ichain_drake.control.planning.carries import CarryOption, find_carries
+from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.enabling import Enabling, find_enabling
 from ichain_drake.control.planning.motion_drives import find_motion_drives
-from ichain_drake.control.planning.options import DriveOption, find_drives
+from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.plan import Goal
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel

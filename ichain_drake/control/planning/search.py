@@ -14,6 +14,7 @@ import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.contradictions import Record, expected_ticks
+from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.frames import Frames
@@ -21,7 +22,6 @@ from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Alike, Landmarks, unmet_conditions
 from ichain_drake.control.planning.holding import can_hold, hold_probability
 from ichain_drake.control.planning.model import Batch, row, stack, take
-from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
 from ichain_drake.control.planning.repertoire import Repertoire
@@ -222,10 +222,16 @@ class Search:
                 self.nearest.note_tried(drive, outcome.end, outcome.probability, outcome.lost)
                 if outcome.lost is not None:
                     self.nearest.note_blocked(drive, outcome.lost, outcome.margin)
-                else:
+                elif self._shows(node, drive, outcome.end):
                     step = replace(self._step(node, drive, outcome), probability=outcome.probability)
                     out += self._child(node, step, outcome.states)
         return out
+
+    def _shows(self, node: SearchNode, drive: DriveOption, end: float) -> bool:
+        """Whether readings can tell that a variable was driven as far as that: else nobody knows when to stop."""
+        target = drive.chain[-1].child
+        change = drive.direction * (end - node.states[target][drive.variable])
+        return bool(change >= LEARNING.clear * self.model.noise[target][drive.variable])
 
     def _step(self, node: SearchNode, drive: DriveOption, outcome: Outcome) -> PlanStep:
         target = drive.chain[-1].child

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ichain_drake.control.planning.borders import Border
+from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.drive_run import Run
 from ichain_drake.control.planning.model import (
     Batch,
@@ -17,7 +18,6 @@ from ichain_drake.control.planning.model import (
     take,
 )
 from ichain_drake.control.planning.motion_run import MotionRun
-from ichain_drake.control.planning.options import DriveOption
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.stops import Stop, find_stops
 from ichain_drake.control.planning.travel import jumping
@@ -102,7 +102,7 @@ def _outcomes(run: Run, conditions: Sequence[Condition], borders: Sequence[Borde
     run.drive()
     stops = find_stops(run, conditions, borders)
     ends = _states_at(run, stops)
-    settled, _ = settle(run.model, run.undo(ends, [s.row for s in stops]), run.parked)
+    settled, _ = settle(run.model, run.undo(ends, stops), run.parked)
     out: list[list[Outcome]] = [[] for _ in run.rows]
     likely = _likely(run)
     for k, s in enumerate(stops):

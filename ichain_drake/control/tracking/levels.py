@@ -3,28 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from ichain_drake.control.tracking.offset import OffsetEstimate
+from ichain_drake.control.tracking.tick_model import TickModel
 from ichain_drake.learning.chain.models import InverseModel
 from ichain_drake.state import FloatArray, StateSpace
 
 _HARM = 2.0  # times the best cost so far; a step over a small rise often leads on
 _SHORTER = 0.3  # of a step that did harm
-
-
-class TickModel(Protocol):
-    """A model of one tick that can be differentiated: a learned `ForwardModel`, or the truth for an oracle."""
-
-    def predict(self, child: FloatArray, parent: FloatArray, parent_next: FloatArray) -> FloatArray:
-        """Next states, shape (n, n_child)."""
-
-    def linearize(
-        self, child: FloatArray, parent: FloatArray, parent_next: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Next states and their derivatives by child, parent and parent_next."""
 
 
 class Level(Protocol):
@@ -159,11 +149,11 @@ class PredictiveLevel:
         """One flag, the parent's planned states, the states of both one tick before, and the model's errors."""
         return 1 + self.weights.horizon * len(self.lower) + self._error_memory
 
-    @property
+    @cached_property
     def _offset(self) -> OffsetEstimate:
         return OffsetEstimate(len(self.child_space), self.weights.offset)
 
-    @property
+    @cached_property
     def _error_memory(self) -> int:
         size = self._offset.memory_size
         return size + len(self.child_space) + len(self.lower) if size else 0
@@ -197,11 +187,11 @@ class PredictiveLevel:
             best_cost = np.where(better, cost, best_cost)
             if final or jacobian is None:
                 break
-            if at_last is not None:  # a step that did harm is tried again, shorter, from where it began
+            if at_last is not None and harmed.any():  # a step that did harm is tried again, shorter, from its start
                 plan = np.where(harmed[:, None, None], at_last[0], plan)
                 residual = np.where(harmed[:, None], at_last[1], residual)
                 jacobian = np.where(harmed[:, None, None], at_last[2], jacobian)
-                trust = np.where(harmed, _SHORTER * trust, 1.0)
+            trust = np.where(harmed, _SHORTER * trust, 1.0)
             at_last = plan, residual, jacobian
             plan = self._within_reach(parent, self._improve(plan, residual, jacobian, trust))
         now = [child, parent, errors] if self._error_memory else []
@@ -219,10 +209,9 @@ class PredictiveLevel:
 
     def _error_metric(self, child: FloatArray, wanted: FloatArray) -> FloatArray:
         """Weight matrices of the scaled error in each tick, (n, k, t, t): full across the motion, less along it."""
-        space = self.child_space.subspace([self.child_space.names[i] for i in self.targets])
         start = child[:, None, list(self.targets)]
         path = np.concatenate([start, wanted], axis=1)
-        motion = space.difference(path[:, 1:], path[:, :-1])
+        motion = self._target_space.difference(path[:, 1:], path[:, :-1])
         motion[:, 0] = motion[:, min(1, motion.shape[1] - 1)]  # from the reference, not from where the child is
         motion = motion / self.target_scale
         length = np.linalg.norm(motion, axis=-1, keepdims=True)
@@ -242,34 +231,62 @@ class PredictiveLevel:
         with_jacobian: bool,
     ) -> tuple[FloatArray, FloatArray | None]:
         n, horizon, m = plan.shape
+        after, sensitivity = self._rollout(child, parent, plan, offsets, with_jacobian=with_jacobian)
         targets = list(self.targets)
-        space = self.child_space.subspace([self.child_space.names[i] for i in targets])
-        state, previous = child, parent
-        sensitivity = np.zeros((n, child.shape[1], horizon * m))
-        errors, slopes = [], []
-        for k in range(horizon):
-            if with_jacobian:
-                after, by_child, by_parent, by_next = self.model.linearize(state, previous, plan[:, k])
-                sensitivity = by_child @ sensitivity
-                sensitivity[..., k * m : (k + 1) * m] += by_next
-                if k:
-                    sensitivity[..., (k - 1) * m : k * m] += by_parent
-                slope = sensitivity[:, targets] / self.target_scale[:, None]
-                slopes.append(metric[:, k] @ slope)
-            else:
-                after = self.model.predict(state, previous, plan[:, k])
-            after = after + offsets[:, k]
-            error = space.difference(after[:, targets], wanted[:, k]) / self.target_scale
-            errors.append(np.einsum("nij,nj->ni", metric[:, k], error))
-            state, previous = after, plan[:, k]
+        error = self._target_space.difference(after[..., targets], wanted) / self.target_scale
+        errors = np.einsum("nkij,nkj->nki", metric, error)
         effort = self.weights.effort / self.parent_scale
         moves = np.diff(np.concatenate([parent[:, None], plan], axis=1), axis=1) * effort
-        residual = np.concatenate([*errors, moves.reshape(n, -1)], axis=1)
-        if not with_jacobian:
+        residual = np.concatenate([errors.reshape(n, -1), moves.reshape(n, -1)], axis=1)
+        if sensitivity is None:
             return residual, None
-        difference = np.kron(np.eye(horizon) - np.eye(horizon, k=-1), np.diag(effort))
-        by_moves = np.broadcast_to(difference, (n, *difference.shape))
-        return residual, np.concatenate([*slopes, by_moves], axis=1)
+        slopes = metric @ (sensitivity[:, :, targets] / self.target_scale[:, None])
+        by_moves = np.broadcast_to(self._moves_by_plan, (n, horizon * m, horizon * m))
+        return residual, np.concatenate([slopes.reshape(n, -1, horizon * m), by_moves], axis=1)
+
+    def _rollout(
+        self, child: FloatArray, parent: FloatArray, plan: FloatArray, offsets: FloatArray, *, with_jacobian: bool
+    ) -> tuple[FloatArray, FloatArray | None]:
+        """The child's states under a plan, shape (n, k, n_child), and their derivatives by the planned states."""
+        n, horizon, m = plan.shape
+        states, notes = np.empty((n, horizon, child.shape[1])), []
+        state, previous = child, parent
+        for k in range(horizon):
+            if with_jacobian:
+                after, note = self.model.predict_noted(state, previous, plan[:, k])
+                notes.append(note)
+            else:
+                after = self.model.predict(state, previous, plan[:, k])
+            state, previous = after + offsets[:, k], plan[:, k]
+            states[:, k] = state
+        if not with_jacobian:
+            return states, None
+        by_child, by_parent, by_next = self.model.derivatives(notes)
+        by_both = np.concatenate([by_parent, by_next], axis=-1)
+        sensitivity = np.zeros((n, horizon, child.shape[1], horizon * m))
+        sensitivity[:, 0, :, :m] = by_next[0]
+        for k in range(1, horizon):
+            after = np.matmul(by_child[k], sensitivity[:, k - 1], out=sensitivity[:, k])
+            after[..., (k - 1) * m : (k + 1) * m] += by_both[k]
+        return states, sensitivity
+
+    @cached_property
+    def _target_space(self) -> StateSpace:
+        return self.child_space.subspace([self.child_space.names[i] for i in self.targets])
+
+    @cached_property
+    def _moves_by_plan(self) -> FloatArray:
+        """Derivative of the weighed changes of the parent's states by the states, (horizon n_parent,) twice."""
+        horizon, effort = self.weights.horizon, self.weights.effort / self.parent_scale
+        return np.asarray(np.kron(np.eye(horizon) - np.eye(horizon, k=-1), np.diag(effort)))
+
+    @cached_property
+    def _of_plan(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Lower and upper bound of every planned state, how far a step may go, and its damping."""
+        horizon = self.weights.horizon
+        lower, upper = np.tile(self.lower, horizon), np.tile(self.upper, horizon)
+        damping = 1e-6 * np.eye(len(lower)) / np.tile(self.parent_scale, horizon) ** 2
+        return lower, upper, 0.35 * (upper - lower), damping
 
     def _within_reach(self, parent: FloatArray, plan: FloatArray) -> FloatArray:
         """The plan with every step as far as `parent_step` lets it be, shape (n, horizon, n_parent)."""
@@ -277,23 +294,20 @@ class PredictiveLevel:
             return plan
         steps, at = [], parent
         for k in range(plan.shape[1]):
-            at = np.clip(plan[:, k], at - self.parent_step, at + self.parent_step)
+            at = np.minimum(np.maximum(plan[:, k], at - self.parent_step), at + self.parent_step)
             steps.append(at)
         return np.stack(steps, axis=1)
 
     def _improve(self, plan: FloatArray, residual: FloatArray, jacobian: FloatArray, trust: FloatArray) -> FloatArray:
-        n, horizon, m = plan.shape
-        lower, upper = np.tile(self.lower, horizon), np.tile(self.upper, horizon)
-        flat = plan.reshape(n, -1)
+        lower, upper, reach, damping = self._of_plan
+        flat = plan.reshape(len(plan), -1)
         transposed = np.swapaxes(jacobian, 1, 2)
-        damping = 1e-6 * np.eye(horizon * m) / np.tile(self.parent_scale, horizon) ** 2
         gradient = (transposed @ residual[..., None])[..., 0]
         # Projected Newton (Bertsekas 1982): what is at a bound and pushed against it stays, the rest is solved for.
         free = ~(((flat <= lower) & (gradient > 0)) | ((flat >= upper) & (gradient < 0)))
         hessian = transposed @ jacobian + damping
-        hessian = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(horizon * m) * hessian)
+        hessian = np.where(free[:, :, None] & free[:, None, :], hessian, np.eye(len(lower)) * hessian)
         step = -np.linalg.solve(hessian, np.where(free, gradient, 0.0)[..., None])[..., 0]
-        reach = 0.35 * (upper - lower)
         return np.clip(flat + trust[:, None] * np.clip(step, -reach, reach), lower, upper).reshape(plan.shape)
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,16 @@ class _LinkModel:
     def code(self) -> ChangeCode:
         """How a change of the child is coded."""
         return ChangeCode(self.child_space, self.features)
+
+
+class Prediction(NamedTuple):
+    """A prediction as it is noted for its derivatives: states, the coded change, and the regression's own note."""
+
+    child: FloatArray
+    parent: FloatArray
+    parent_next: FloatArray
+    code: FloatArray
+    frozen: Any
 
 
 @dataclass(frozen=True)
@@ -110,22 +121,42 @@ class ForwardModel(_LinkModel):
             The next state (n, n_child), not wrapped, and its derivatives by child (n, n_child, n_child), parent
             and parent_next (n, n_child, n_parent).
         """
-        code, by_input = self.frozen.batch_jacobian(self.inputs(child, parent, parent_next))
-        after = self.code.decode(child, code)
+        after, note = self.predict_noted(child, parent, parent_next)
+        by_child, by_parent, by_next = self.derivatives([note])
+        return after, by_child[0], by_parent[0], by_next[0]
+
+    def predict_noted(
+        self, child: FloatArray, parent: FloatArray, parent_next: FloatArray
+    ) -> tuple[FloatArray, Prediction]:
+        """The next state, not wrapped, and a note for `derivatives`; arguments as for `linearize`."""
+        code, note = self.frozen.batch_noted(self.inputs(child, parent, parent_next))
+        return self.code.decode(child, code), Prediction(child, parent, parent_next, code, note)
+
+    def derivatives(self, notes: Sequence[Prediction]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Derivatives of k predictions at once, each to the same bits as alone.
+
+        Args:
+            notes: from `predict_noted`.
+
+        Returns:
+            By child (k, n, n_child, n_child), parent and parent_next (k, n, n_child, n_parent).
+        """
+        by_input = self.frozen.jacobians([note.frozen for note in notes])
+        child, parent, parent_next, code = (np.array(of) for of in zip(*(note[:4] for note in notes), strict=True))
         by_state, by_code = self.code.jacobians(child, code)
         n_child, n_parent = len(self._child_features), len(self._parent_features)
-        by_child = by_state + by_code @ by_input[..., :n_child] @ self._child_features.jacobian(child)
-        zero = np.zeros((*child.shape[:-1], child.shape[-1], parent.shape[-1]))
-        by_parent, by_next = zero, zero
+        by_child = by_state + self._child_features.by_state(by_code @ by_input[..., :n_child], child)
+        none = np.zeros((*child.shape[:-1], child.shape[-1], parent.shape[-1]))
+        by_parent, by_next = none, none
         start = n_child
         if self.action in ("current", "both"):
             block = by_input[..., start : start + n_parent]
-            by_parent = by_code @ block @ self._parent_features.jacobian(parent)
+            by_parent = self._parent_features.by_state(by_code @ block, parent)
             start += n_parent
         if self.action in ("next", "both"):
             block = by_input[..., start : start + n_parent]
-            by_next = by_code @ block @ self._parent_features.jacobian(parent_next)
-        return after, by_child, by_parent, by_next
+            by_next = self._parent_features.by_state(by_code @ block, parent_next)
+        return by_child, by_parent, by_next
 
 
 @dataclass(frozen=True)

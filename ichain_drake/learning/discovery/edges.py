@@ -11,6 +11,8 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.discovery.log import RawPiece
 from ichain_drake.learning.discovery.search import FoundEdge, search
+from ichain_drake.learning.noise import change_noise
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import StateSpace
 
 
@@ -110,7 +112,7 @@ def discover_graph(
     if root not in spaces:
         raise InputError(f"there is no object {root!r} in the logs to be the robot; objects are {', '.join(spaces)}")
     prior.check(spaces, root)
-    still = tuple(n for n in spaces if n != root and _never_changes(pieces, n))
+    still = tuple(n for n in spaces if n != root and _never_changes(pieces, n, spaces[n]))
     moving = [n for n in spaces if n not in still]
     pairs = [Interaction(a, b) for b in moving if b != root for a in moving if a != b]
     lost = [e for e in prior.required if e.parent in still or e.child in still]
@@ -140,9 +142,22 @@ def _allowed(pairs: Collection[Interaction], prior: Prior) -> list[Interaction]:
     return [e for e in pairs if prior.allows(e)]
 
 
-def _never_changes(pieces: Sequence[RawPiece], obj: str) -> bool:
-    """Whether no variable of an object ever changes within a piece."""
-    return not any(np.ptp(p.states[obj], axis=0).any() for p in pieces if obj in p.states)
+def _never_changes(pieces: Sequence[RawPiece], obj: str, space: StateSpace) -> bool:
+    """Whether no variable of an object ever changes within a piece, or by no more than its readings' noise at all.
+
+    What stands still in all pieces is as good as the ground: to be somewhere relative to it is to be somewhere.
+    """
+    parts = [p.states[obj] for p in pieces if obj in p.states]
+    if not any(np.ptp(x, axis=0).any() for x in parts):
+        return True
+    parts = [x for x in parts if len(x) > 2]  # noqa: PLR2004 - two differences need three
+    if not parts:
+        return False
+    noise, every = change_noise(space, parts), np.vstack(parts)
+    away = np.abs(space.difference(every, np.median(every, axis=0)))
+    rests = (away < LEARNING.plain * noise) & (np.sqrt(np.mean(away**2, axis=0)) < LEARNING.moving * noise)
+    noisy = np.array([v.kind in ("real", "angle") for v in space.variables])
+    return bool(((rests & noisy) | (away == 0)).all())
 
 
 def _copied(pieces: Sequence[RawPiece], spaces: Mapping[str, StateSpace]) -> list[str]:

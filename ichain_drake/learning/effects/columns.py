@@ -88,6 +88,14 @@ class Column:
         share = np.minimum(received * total / (total**2 + (LEARNING.faint * self.floor) ** 2 + 1e-24), 1.0)
         return share * (parent_next[..., theirs] - child[..., own])
 
+    def variance(self, parent: FloatArray, parent_next: FloatArray, child: FloatArray) -> FloatArray:
+        """Variance of values, shape (...), by what readings say was received: large where little is mixed with it."""
+        if self.source != "mixing":
+            return np.zeros(child.shape[:-1])
+        theirs, amount, own = self.mixes
+        total = np.maximum(child[..., amount], self.floor)
+        return np.asarray((self.floor / total * (parent_next[..., theirs] - child[..., own])) ** 2)
+
     def _seen(self, value: FloatArray) -> FloatArray:
         if self.view == "plain":
             return value

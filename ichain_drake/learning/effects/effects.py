@@ -219,7 +219,11 @@ def _fit(
         1 if passive.variables[i].kind == "constant" else spec.window,
         np.array([c.source in ("received", "mixing", "aligned_change") for c in columns]),
         float(noise[i]),
-        [k for k, c in enumerate(columns) if c.declares(i)],
+        {
+            k: c.variance(rows.parent[keep], rows.parent_next[keep], rows.child[keep])
+            for k, c in enumerate(columns)
+            if c.declares(i)
+        },
     )
     if fitted is None:
         return None

@@ -21,6 +21,7 @@ class Regression:
         low: smallest input of each column in the demonstrations, shape (n_columns,); None for a linear fit.
         high: the largest. A fit that is not linear is not asked beyond them.
         dead_band: predictions smaller than this are taken as 0: small biases add up over long holds.
+        sign: 1 or -1 where the change only ever goes one way; 0 where it goes both, or a linear fit says so.
         estimator: name with parameters; `constant` where there is none.
         std: standard deviation of one tick's left-out residual.
         drift: the same of the mean residual over a window: what adds up, per tick.
@@ -36,6 +37,7 @@ class Regression:
     low: FloatArray | None
     high: FloatArray | None
     dead_band: float
+    sign: int
     estimator: str
     std: float
     drift: float
@@ -51,4 +53,10 @@ class Regression:
         if self.low is not None and self.high is not None:
             rows = np.minimum(np.maximum(rows, self.low), self.high)
         value = self.frozen.batch(rows)[:, 0]
+        value = one_way(value, self.sign)
         return np.where(np.abs(value) < self.dead_band, 0.0, value) if self.dead_band > 0 else value
+
+
+def one_way(change: FloatArray, sign: int) -> FloatArray:
+    """Changes, shape (n,), with 0 in place of those that go the other way than `sign`; all where that is 0."""
+    return sign * np.maximum(sign * change, 0.0) if sign else change

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from ichain_drake.errors import InputError
 from ichain_drake.learning.blocks import piece_blocks, windows
 from ichain_drake.learning.chain.link import EstimatorSpec
-from ichain_drake.learning.effects.fitted import Regression
+from ichain_drake.learning.effects.fitted import Regression, one_way
 from ichain_drake.learning.effects.screening import CubicScreening, RectifiedScreening, Screening, window_means
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.learning.frozen.polynomial import Polynomial
@@ -74,7 +75,7 @@ def choose_regression(
     window: int,
     preferred: NDArray[np.bool_],
     noise: float = 0.0,
-    declared: Sequence[int] = (),
+    declared: Mapping[int, FloatArray] = MappingProxyType({}),
 ) -> Regression | None:
     """Choose columns and estimator by the error on left-out pieces or blocks; None where nothing can be predicted.
 
@@ -88,7 +89,8 @@ def choose_regression(
         preferred: columns that win ties, shape (n_columns,).
         noise: standard deviation of a reading of the variable: a change that is not larger is none.
         declared: columns that are the change itself by the roles of both variables: taken as they are where they
-            explain it, since their own noise would bias any fit to them.
+            explain it, since their own noise would bias any fit to them. With the variance of each row's value, shape
+            (n,): where readings leave it open, a row tells neither for nor against it.
     """
     if len(y) < LEARNING.rows:
         return None
@@ -113,9 +115,10 @@ def choose_regression(
         return None
     best: Regression | None = None
     best_prediction = nothing
-    for column in declared:
+    for column, variance in declared.items():
         # Roles are priors: what they declare needs to be likelier than chance, not clear in every part.
-        if _gains(sample, best_prediction, x[:, column], by_noise).sum() > np.log(1.0 + x.shape[1]):
+        by_both = by_noise + window_means(variance, sample.judge) / length
+        if _gains(sample, best_prediction, x[:, column], by_both).sum() > np.log(1.0 + x.shape[1]):
             best_prediction = x[:, column]
             best = _describe(_IDENTITY, sample, (column,), 1, piece)
     taken = best is not None
@@ -133,11 +136,14 @@ def choose_regression(
                 best = _describe(spec, sample, columns, fit_length, piece)
     if best is None:
         return None
+    sign = 0 if taken or _is_linear(best.frozen) else _only_way(sample, best_prediction, by_noise)
+    best_prediction = one_way(best_prediction, sign)
     dead = _dead_band(sample, best_prediction) if best.frozen is not None and window > 1 and not taken else 0.0
     residual = y - np.where(np.abs(best_prediction) < dead, 0.0, best_prediction)
     return replace(
         best,
         dead_band=dead,
+        sign=sign,
         std=float(np.sqrt(np.mean(residual**2))),
         drift=float(np.sqrt(np.average(window_means(residual, sample.judge) ** 2, weights=length))),
         explained=1.0 - error(best_prediction) / max(zero, 1e-300),
@@ -251,6 +257,7 @@ def _describe(
         low=None if _is_linear(frozen) else sample.x[:, list(columns)].min(axis=0),
         high=None if _is_linear(frozen) else sample.x[:, list(columns)].max(axis=0),
         dead_band=0.0,
+        sign=0,
         estimator="constant" if spec is None else str(spec),
         std=0.0,
         drift=0.0,
@@ -259,6 +266,17 @@ def _describe(
         pieces=len(np.unique(piece)),
         scale=0.0,
     )
+
+
+def _only_way(sample: _Sample, prediction: FloatArray, by_noise: FloatArray) -> int:
+    """The way that a change only ever goes, 1 or -1, where that is as likely; else 0.
+
+    A fit that is not linear bends to either side of no change, also where nothing was shown: a vessel that only ever
+    lost something would fill itself.
+    """
+    gains = {s: float(_gains(sample, prediction, one_way(prediction, s), by_noise).sum()) for s in (1, -1)}
+    way = max(gains, key=gains.__getitem__)
+    return way if gains[way] >= -LEARNING.surprise * len(prediction) else 0
 
 
 def _dead_band(sample: _Sample, prediction: FloatArray) -> float:

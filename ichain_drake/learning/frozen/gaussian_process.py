@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -94,6 +95,17 @@ class GaussianProcess(FrozenModel):
             return values, jacobians
         trend, slopes = self._trend._batch_jacobian(z)
         return values + trend, jacobians + slopes
+
+    def _noted(self, z: FloatArray) -> tuple[FloatArray, Any]:
+        values, bumps = self._bumps._noted(z)
+        if not self._has_trend:
+            return values, (bumps, None)
+        trend, slopes = self._trend._noted(z)
+        return values + trend, (bumps, slopes)
+
+    def _jacobians(self, notes: Sequence[Any]) -> FloatArray:
+        bumps = self._bumps._jacobians([note for note, _ in notes])
+        return bumps + self._trend._jacobians([note for _, note in notes]) if self._has_trend else bumps
 
     @cached_property
     def _whitening(self) -> list[FloatArray]:

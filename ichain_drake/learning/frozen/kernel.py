@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from ichain_drake.learning.frozen.model import FrozenModel
 from ichain_drake.learning.frozen.scaling import FloatArray
 
 _ROWS = 256  # rows evaluated at once: bounds the memory of a large batch
+_KEPT = 2  # rows whose bumps are kept for the derivatives: those of more would leave the processor's cache meanwhile
 
 
 @dataclass(eq=False, kw_only=True)
@@ -87,24 +89,45 @@ class KernelSum(FrozenModel):
         return np.exp(phi, out=phi)
 
     def _batch(self, z: FloatArray) -> FloatArray:
-        result = np.empty((len(z), self.n_out))
-        for start in range(0, len(z), _ROWS):
-            phi = self.features(z[start : start + _ROWS])
-            shared = self._blocks == 1
-            part = phi[0] @ self.weights.T if shared else np.matmul(phi, self.weights[:, :, None])[:, :, 0].T
-            result[start : start + _ROWS] = part + self.offset
-        return result
+        if len(z) <= _ROWS:
+            return self._some(z)
+        return np.concatenate([self._some(z[k : k + _ROWS]) for k in range(0, len(z), _ROWS)])
+
+    def _some(self, z: FloatArray) -> FloatArray:
+        """`_batch` of so few rows that the memory is no question."""
+        phi = self.features(z)
+        shared = self._blocks == 1
+        value = phi[0] @ self.weights.T if shared else np.matmul(phi, self.weights[:, :, None])[:, :, 0].T
+        return np.add(value, self.offset, out=np.empty((len(z), self.n_out)))
 
     def _batch_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         values, jacobians = np.empty((len(z), self.n_out)), np.empty((len(z), self.n_out, self.n_in))
         for start in range(0, len(z), _ROWS):
             part = slice(start, start + _ROWS)
-            phi = self.features(z[part]) * self.weights[:, None, :]  # (n_out, n, n_centres)
-            slopes = np.matmul(phi, self._slopes).transpose(1, 0, 2)
-            values[part] = phi.sum(axis=2).T + self.offset
-            centred = (z[part] - self._middle)[:, None, :]
-            jacobians[part] = slopes[..., : self.n_in] + slopes[..., self.n_in :] * centred
+            values[part], phi = self._weighed(z[part])
+            jacobians[part] = self._slopes_of([(z[part], phi)])[0]
         return values, jacobians
+
+    def _noted(self, z: FloatArray) -> tuple[FloatArray, Any]:
+        if len(z) > _KEPT:
+            return self._batch_jacobian(z)
+        value, phi = self._weighed(z)
+        return value, (z, phi)
+
+    def _jacobians(self, notes: Sequence[Any]) -> FloatArray:
+        return super()._jacobians(notes) if isinstance(notes[0], np.ndarray) else self._slopes_of(notes)
+
+    def _weighed(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n, n_out), and what each bump adds to them, (n_out, n, n_centres)."""
+        phi = self.features(z) * self.weights[:, None, :]
+        return np.add(phi.sum(axis=2).T, self.offset, out=np.empty((len(z), self.n_out))), phi
+
+    def _slopes_of(self, notes: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
+        """Jacobians (k, n, n_out, n_in) from inputs and what each bump adds there, k times."""
+        slopes = np.matmul(np.array([phi for _, phi in notes]), self._slopes).transpose(0, 2, 1, 3)
+        centred = (np.array([z for z, _ in notes]) - self._middle)[:, :, None, :]
+        result = np.multiply(slopes[..., self.n_in :], centred, out=np.empty((*slopes.shape[:3], self.n_in)))
+        return np.add(slopes[..., : self.n_in], result, out=result)
 
     def rescaled(self, scale: FloatArray, offset: FloatArray) -> KernelSum:
         """The model with outputs `y * scale + offset`."""

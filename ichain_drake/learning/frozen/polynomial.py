@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -78,9 +79,16 @@ class Polynomial(FrozenModel):
         return self.monomials.batch(z) @ self._weights_t
 
     def _batch_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        value, m = self._noted(z)
+        return value, self._jacobians([m])[0]
+
+    def _noted(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         m = self.monomials.batch(z)
-        slopes = m[:, : self.monomials.n_lower] @ self._slopes.T
-        return m @ self._weights_t, slopes.reshape(len(z), self.n_out, self.n_in)
+        return m @ self._weights_t, m
+
+    def _jacobians(self, notes: Sequence[FloatArray]) -> FloatArray:
+        slopes = np.array(notes)[:, :, : self.monomials.n_lower] @ self._slopes.T
+        return slopes.reshape(len(notes), -1, self.n_out, self.n_in)
 
     @property
     def has_spread(self) -> bool:

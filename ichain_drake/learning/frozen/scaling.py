@@ -27,6 +27,7 @@ class InputScaling:
         self.mean = np.ascontiguousarray(self.mean, dtype=float)
         self.scale = np.ascontiguousarray(self.scale, dtype=float)
         self.clip = float(self.clip)
+        self._slope = 1.0 / self.scale
         self._plain = bool(np.all(self.mean == 0.0) and np.all(self.scale == 1.0) and np.isinf(self.clip))
 
     @classmethod
@@ -45,11 +46,9 @@ class InputScaling:
         """Turn d/dz, shape (..., n_out, n_in), into d/dx; a clipped input has no effect any more."""
         if self._plain:
             return jacobian
-        slope = 1.0 / self.scale
         if self.clip < np.inf:
-            slope = np.where(np.abs(z) < self.clip, slope, 0.0)
-            return jacobian * slope[..., None, :]
-        return jacobian * slope
+            return jacobian * np.where(np.abs(z) < self.clip, self._slope, 0.0)[..., None, :]
+        return jacobian * self._slope
 
     def after(self, mean: FloatArray, scale: FloatArray) -> InputScaling:
         """The scaling that first applies `(x - mean) / scale`, then this one."""

@@ -41,7 +41,7 @@ _FORM = {
     "files": Keyed(is_weights_name, SHA256),
     "checksums": Keyed(str, SHA256),
 }
-GRAPH = ManifestForm(_FORM, 3, lambda content: [WEIGHTS])
+GRAPH = ManifestForm(_FORM, 4, lambda content: [WEIGHTS])
 
 
 @dataclass(frozen=True)

@@ -90,6 +90,9 @@ def _regression(graph: OnnxGraph, regression: Regression, rows: str, space: Stat
     if regression.low is not None and regression.high is not None:
         rows = graph("Min", graph("Max", rows, regression.low), regression.high)
     value = graph.columns(add_frozen(graph, regression.frozen, rows), [0])
+    if regression.sign:
+        way = np.float64(regression.sign)
+        value = graph("Mul", way, graph("Relu", graph("Mul", way, value)))
     if regression.dead_band <= 0:
         return value
     beyond = graph("Less", graph("Abs", value), np.float64(regression.dead_band))

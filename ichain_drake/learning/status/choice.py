@@ -73,7 +73,7 @@ class InputChoice:
                 chosen.append(found)
         for item in list(chosen):
             fewer = [c for c in chosen if c is not item]
-            if fewer and not clearly(self._gains(fewer, item), len(candidates)):
+            if fewer and not self._clearly(self._gains(fewer, item), len(candidates)):
                 chosen = fewer
         return chosen
 
@@ -93,6 +93,10 @@ class InputChoice:
         """Whether an input by itself clearly tells some rows in which the interaction is inactive."""
         return clearly(self._gains([], candidate))
 
+    def _clearly(self, gains: FloatArray, tried: int) -> bool:
+        """Whether an input that is one of several clearly adds something: more than one wrong flag would make up."""
+        return clearly(gains, tried) and float(gains.sum()) > -np.log(self.slip)
+
     def _further(self, chosen: Sequence[Candidate], free: Sequence[Candidate], *, by_role: bool) -> Candidate | None:
         """The next input, if one clearly adds something."""
         bounds = [self._gains(chosen, c, seen=True).sum() for c in free]
@@ -103,7 +107,7 @@ class InputChoice:
             if bounds[k] <= best:
                 break
             found = self._gains(chosen, free[k])
-            if clearly(found, len(free)):
+            if self._clearly(found, len(free)):
                 gains[int(k)] = found
                 best = max(best, float(found.sum()))
         if not gains:

@@ -217,7 +217,7 @@ def _told_by_classifiers(
     left = choice.open(likely, [c for c in candidates if c not in trial.chosen])
     for candidate in left:
         more = _Trial.of(data, edge, [*likely, candidate], spec)
-        if not more.beats(trial, piece, len(left)):
+        if not more.beats(trial, piece, len(candidates)):  # any of them might have been left
             continue
         trial = more
         for item in more.chosen[:-1]:

@@ -13,7 +13,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from ichain_drake.objects.base import ParentStates
 from ichain_drake.objects.controls.knob import KnobControl
-from ichain_drake.state import FloatArray, StateSpace, Variable
+from ichain_drake.state import FloatArray, StateSpace, Variable, columns
 
 FULL_TILT = math.radians(25.0)
 """Tilt at which an axis is near its end [rad]."""
@@ -38,7 +38,7 @@ def axes_from_tilt(tilt: FloatArray) -> FloatArray:
         The two axes in [-1, 1], shape (..., 2).
     """
     tilt = np.asarray(tilt, dtype=float)
-    a, b = tilt[..., 0] / FULL_TILT, tilt[..., 1] / FULL_TILT
+    a, b = (t / FULL_TILT for t in columns(tilt))
     x = 0.98 * a + 0.08 * b + 0.03
     y = b - 0.06 * a - 0.02
     axes = np.empty_like(tilt)
@@ -96,7 +96,8 @@ class JoystickMount:
         """
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         d = (np.asarray(xy, dtype=float) - np.array(self.pivot[:2])) / self.handle
-        dx, dy = c * d[..., 0] + s * d[..., 1], -s * d[..., 0] + c * d[..., 1]
+        east, north = columns(d)
+        dx, dy = c * east + s * north, -s * east + c * north
         b = np.arcsin(np.clip(dy, -0.99, 0.99))
         tilt = np.empty_like(d)
         tilt[..., 0] = np.arcsin(np.clip(dx / np.cos(b), -0.99, 0.99))

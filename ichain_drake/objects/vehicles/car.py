@@ -10,7 +10,7 @@ import numpy as np
 
 from ichain_drake.objects.base import ParentStates
 from ichain_drake.objects.vehicles.vehicle import Vehicle, joined, planar_pose, scaled_noise
-from ichain_drake.state import FloatArray, StateSpace, Variable, wrap_angle
+from ichain_drake.state import FloatArray, StateSpace, Variable, columns, wrap_angle
 
 SCREEN = (800.0, 600.0)
 """Width and height of the game screen [px]."""
@@ -84,7 +84,7 @@ class Car(Vehicle[CarParameters]):
         """One frame of the game."""
         p = self.parameters
         jx, jy = (np.maximum(np.minimum(c, 1.0), -1.0) for c in self.read_controls(parents, active))
-        x, y, heading, v, w, u = (state[..., i] for i in range(6))
+        x, y, heading, v, w, u = columns(state)
         n = scaled_noise(noise, p.noise, dt)
 
         steer = jx * (0.65 + 0.35 * jx**2)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ichain_drake.objects.base import ParentStates
 from ichain_drake.objects.vehicles.vehicle import Vehicle, joined, planar_pose, scaled_noise
-from ichain_drake.state import FloatArray, StateSpace, Variable, wrap_angle
+from ichain_drake.state import FloatArray, StateSpace, Variable, columns, wrap_angle
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Hovercraft(Vehicle[HovercraftParameters]):
         """One frame of the game."""
         p = self.parameters
         jx, jy = (np.maximum(np.minimum(c, 1.0), -1.0) for c in self.read_controls(parents, active))
-        x, y, heading, u, v, w, fan = (state[..., i] for i in range(7))
+        x, y, heading, u, v, w, fan = columns(state)
         n = scaled_noise(noise, p.noise, dt)
         c, s = np.cos(heading), np.sin(heading)
 

@@ -18,7 +18,7 @@ import numpy as np
 from ichain_drake.objects.base import ParentStates
 from ichain_drake.objects.controls.wheel import TRAVEL
 from ichain_drake.objects.vehicles.vehicle import Vehicle, joined, planar_pose, scaled_noise
-from ichain_drake.state import FloatArray, StateSpace, Variable, wrap_angle
+from ichain_drake.state import FloatArray, StateSpace, Variable, columns, wrap_angle
 
 CAR_LENGTH = 4.508
 """Length of the car [m] (Althoff et al. 2017, vehicle 2)."""
@@ -95,7 +95,7 @@ class RoadCar(Vehicle[RoadCarParameters]):
         p = self.parameters
         angle, slide = self.read_controls(parents, active)
         pedal = np.maximum(np.minimum(slide / TRAVEL, 1.0), -1.0)
-        x, y, heading, v, r, u, steer = (state[..., i] for i in range(7))
+        x, y, heading, v, r, u, steer = columns(state)
         h = dt / _SUBSTEPS
         load = p.mass * _GRAVITY / (p.front + p.rear)
         front_load, rear_load = load * p.rear, load * p.front

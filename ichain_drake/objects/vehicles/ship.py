@@ -19,7 +19,7 @@ import numpy as np
 from ichain_drake.objects.base import ParentStates
 from ichain_drake.objects.controls.wheel import TRAVEL
 from ichain_drake.objects.vehicles.vehicle import Vehicle, joined, planar_pose, scaled_noise
-from ichain_drake.state import FloatArray, StateSpace, Variable, wrap_angle
+from ichain_drake.state import FloatArray, StateSpace, Variable, columns, wrap_angle
 
 SHIP_LENGTH = 160.93 / 100
 """Length of the ship [m]."""
@@ -103,7 +103,7 @@ class Ship(Vehicle[ShipParameters]):
         p = self.parameters
         angle, slide = self.read_controls(parents, active)
         lever = p.full_ahead * np.maximum(np.minimum(slide / TRAVEL, 1.0), -1.0)
-        x, y, heading, u, v, rudder, engine, r, cx, cy = (state[..., i] for i in range(10))
+        x, y, heading, u, v, rudder, engine, r, cx, cy = columns(state)
         c, s = np.cos(heading), np.sin(heading)
         # The water's speed ahead and to the left; it does not turn with the ship.
         along, across = c * cx + s * cy, c * cy - s * cx

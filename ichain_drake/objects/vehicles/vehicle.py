@@ -10,7 +10,7 @@ import numpy as np
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
+from ichain_drake.state import FloatArray, Role, StateSpace, Variable, columns, wrap_angle
 
 ParametersT = TypeVar("ParametersT")
 
@@ -68,9 +68,9 @@ class Vehicle(WorldObject, Generic[ParametersT]):
 
     def read_controls(self, parents: ParentStates, active: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """The two controls, 0 while nobody is at them, shape (...) each."""
-        on, driver = active[self._driver], parents[self._driver]
+        on, driver = active[self._driver], columns(parents[self._driver])
         first, second = self._inputs
-        return on * driver[..., first], on * driver[..., second]
+        return on * driver[first], on * driver[second]
 
 
 def planar_pose(frame: str, unit: str) -> tuple[Variable, Variable, Variable]:
@@ -95,13 +95,14 @@ def scaled_noise(noise: FloatArray, deviations: Sequence[float], dt: float) -> l
         deviations: standard deviations per square-root second, at most n.
         dt: length of the frame [s].
     """
-    # Plain indexing: this runs thirty times a simulated second, and numpy's axis helpers cost more than the sums.
     root = math.sqrt(dt)
-    return [noise[..., i] * (scale * root) for i, scale in enumerate(deviations)]
+    return [n * (scale * root) for n, scale in zip(columns(noise), deviations, strict=False)]
 
 
 def joined(state: FloatArray, values: Sequence[FloatArray]) -> FloatArray:
-    """One array of a state's shape from its variables' values."""
+    """One array of a state's shape from its variables' values; the inverse of `columns`."""
+    if state.ndim == 1:
+        return np.array(values, dtype=float)
     after = np.empty_like(state, dtype=float)
     for i, value in enumerate(values):
         after[..., i] = value

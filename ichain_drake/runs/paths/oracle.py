@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ichain_drake.control.tracking.levels import PredictiveLevel, PredictiveWeights
+from ichain_drake.control.tracking.tick_model import LinearizedModel
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.objects.base import WorldObject
 from ichain_drake.robot.motion import LINEAR_SPEED, MOVE_FRAMES
@@ -33,7 +34,7 @@ def straight_frames(hand: FloatArray, command: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class TrueTickModel:
+class TrueTickModel(LinearizedModel):
     """The noise-free world as a one-tick model from the hand to all other objects' states, joined.
 
     Attributes:

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption, find_carries
+from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.options import DriveOption, _unseen, find_drives
+from ichain_drake.control.planning.options import _shown, _unseen, find_drives
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -18,7 +19,8 @@ def model(seen: list[list[float]], *, roles: bool = True) -> SimpleNamespace:
     cup = StateSpace("cup", (Variable("z", "m", role=place), Variable("tilt", "rad")))
     graph = InteractionGraph({"robot": StateSpace("robot", (Variable("z", "m"),)), "cup": cup}, ["robot->cup"])
     active = {"robot": np.zeros((len(seen), 1)), "cup": np.array(seen)}
-    return SimpleNamespace(graph=graph, edges={CARRY: SimpleNamespace(examples=SimpleNamespace(active=active))})
+    edges = {CARRY: SimpleNamespace(examples=SimpleNamespace(active=active))}
+    return SimpleNamespace(graph=graph, edges=edges, noise={"cup": np.array([0.002, 0.02])})
 
 
 def carry() -> CarryOption:
@@ -31,6 +33,15 @@ def test_a_low_place_that_was_only_seen_turned_is_far_from_what_was_seen() -> No
     width = np.array([0.5, 2.0])
     away = _unseen(seen, carry(), np.array([[0.4, -0.8], [0.28, -1.2]]), width)  # type: ignore[arg-type]
     np.testing.assert_allclose(away, [0.005, 0.12 / 0.5 + 0.005], atol=1e-9)
+
+
+def test_where_a_thing_was_only_ever_turned_it_was_not_shown() -> None:
+    """The cup was as low as 0.31 when tilted; upright something stopped it at 0.32: five noises above."""
+    seen = model([*[[0.35, 0.0]] * 3, [0.35, -1.2], *[[0.32, 0.0]] * 3, *[[0.31, -1.2]] * 3])
+    poses = np.array([[0.354, -1.2], [0.31, -1.2]])
+    assert _shown(seen, carry(), poses).tolist() == [True, True]  # type: ignore[arg-type]
+    seen.noise["cup"] /= 2.0
+    assert _shown(seen, carry(), poses).tolist() == [True, False]  # type: ignore[arg-type]
 
 
 def test_what_was_passed_through_once_is_not_taken_for_seen() -> None:

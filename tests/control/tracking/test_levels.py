@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ichain_drake.control.tracking.levels import InverseLevel, PredictiveLevel, PredictiveWeights, plan_step
+from ichain_drake.control.tracking.tick_model import LinearizedModel
 from ichain_drake.demonstrations import Demonstration, collect_transitions
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.chain.link import EstimatorSpec, InverseSpec, fit_inverse
@@ -44,7 +45,7 @@ def test_a_waypoint_may_lie_several_ticks_ahead() -> None:
 
 
 @dataclass(frozen=True)
-class Linear:
+class Linear(LinearizedModel):
     """child(t + 1) = child(t) + gain parent(t + 1)."""
 
     gain: FloatArray = field(default_factory=lambda: GAIN)

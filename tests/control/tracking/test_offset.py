@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from ichain_drake.control.tracking.levels import PredictiveLevel, PredictiveWeights
 from ichain_drake.control.tracking.offset import OffsetEstimate
+from ichain_drake.control.tracking.tick_model import LinearizedModel
 from ichain_drake.state import StateSpace, Variable
 
 SPACE = StateSpace("cart", (Variable("x", "m"), Variable("way", "rad", kind="angle")))
@@ -53,7 +54,7 @@ def test_it_scales_with_the_errors_and_is_never_larger_than_their_mean(seed: int
     np.testing.assert_array_equal(estimate(0 * errors), 0.0)
 
 
-class Cart:
+class Cart(LinearizedModel):
     """Moves by its parent's state; a lasting error of the model is what the world adds."""
 
     def predict(self, child, parent, parent_next):

@@ -64,6 +64,18 @@ def test_linearize_gives_the_prediction_and_its_central_differences(features: Fe
 
 
 @every_kind
+def test_derivatives_of_a_roll_out_are_those_of_each_tick_to_the_bit(features: FeatureKind, action: ActionKind) -> None:
+    model, (child, parent, after) = forward(features, action), batch()
+    ticks = [(child[k : k + 1], parent[k : k + 1], after[k : k + 1]) for k in range(len(child))]
+    noted = [model.predict_noted(*tick) for tick in ticks]
+    together = model.derivatives([note for _, note in noted])
+    for k, (tick, (predicted, _)) in enumerate(zip(ticks, noted, strict=True)):
+        alone = model.linearize(*tick)
+        for given, expected in zip((predicted, *(of[k] for of in together)), alone, strict=True):
+            np.testing.assert_array_equal(given, expected)
+
+
+@every_kind
 def test_one_row_equals_the_batch_and_angles_are_wrapped(features: FeatureKind, action: ActionKind) -> None:
     model, (child, parent, after) = forward(features, action), batch()
     child[:, 2] = 3.1

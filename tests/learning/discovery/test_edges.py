@@ -42,6 +42,18 @@ def test_the_graph_is_found_and_no_distractor_acts(found: DiscoveredGraph) -> No
     assert all(0.5 < f.confidence <= 1 and f.ticks > 10 for f in found.found)
 
 
+def test_what_stands_still_does_so_with_noisy_readings_too(pieces: list[Demonstration]) -> None:
+    rng = np.random.default_rng(0)
+    noisy = [RawPiece(p.name, {**p.states, "rock": p.states["rock"] + 1e-3 * rng.standard_normal((len(p), 2))})
+             for p in raw(pieces)]  # fmt: skip
+    assert discover_graph(noisy, SPACES, "hand").still == ("rock",)
+    shoved = [RawPiece(p.name, {**p.states, "rock": p.states["rock"] + (k > 2) * 0.05}) for k, p in enumerate(noisy)]
+    assert discover_graph(shoved, SPACES, "hand").still == ()  # who is elsewhere in other pieces may matter
+    switch = {**SPACES, "lamp": LAMP}
+    lit = [RawPiece(p.name, {**p.states, "lamp": (np.arange(len(p)) == 9).astype(float)[:, None]}) for p in noisy]
+    assert discover_graph(lit, switch, "hand").still == ("rock",)
+
+
 def test_what_the_data_cannot_tell_apart_is_a_rival() -> None:
     """A lamp that is lit while the heater is on: of the two one is taken, and the other is named."""
     rng = np.random.default_rng(0)

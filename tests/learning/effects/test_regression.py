@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.learning.effects.fitted import Regression
 from ichain_drake.learning.effects.regression import choose_regression
 
@@ -28,7 +29,8 @@ def readings_noise(rng: np.random.Generator) -> np.ndarray:
 
 def chosen(x: np.ndarray, y: np.ndarray, *declared: int) -> Regression | None:
     preferred = np.isin(np.arange(x.shape[1]), declared)
-    return choose_regression(x, y, PIECE, ROW, ESTIMATORS, 12, preferred, NOISE, declared)
+    sure = dict.fromkeys(declared, np.zeros(len(y)))
+    return choose_regression(x, y, PIECE, ROW, ESTIMATORS, 12, preferred, NOISE, sure)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -75,6 +77,35 @@ def test_what_roles_declare_is_not_taken_where_it_explains_nothing() -> None:
     found = chosen(x, 0.1 * x[:, 2] + readings_noise(rng), 3)
     assert found is not None
     assert found.columns == (2,)
+
+
+def test_rows_in_which_readings_leave_a_declared_change_open_tell_nothing_against_it() -> None:
+    x, rng = columns(4)
+    open_, true = ROW == ROWS - 1, 0.02 * x[:, 0]
+    x[:, 3] = true + np.where(open_, 3.0 * rng.normal(size=len(x)), 0.0)
+    y, preferred = true + readings_noise(rng), np.arange(x.shape[1]) == 3
+    for variance, expected in ((np.where(open_, 9.0, 0.0), True), (np.zeros(len(x)), False)):
+        found = choose_regression(x, y, PIECE, ROW, ESTIMATORS, 12, preferred, NOISE, {3: variance})
+        assert found is not None
+        assert (found.estimator == "as declared") is expected
+
+
+def test_what_only_ever_flows_out_flows_out_where_nothing_was_shown() -> None:
+    x, rng = columns(5, 2)
+    shown = x[:, 1] > 0.2 * x[:, 0]  # what is emptied stays emptied
+    x[~shown, 1] = 1.0
+    y = -0.1 * np.maximum(x[:, 1] - 0.5 * x[:, 0], 0.0) ** 2 * (1.0 + x[:, 0])
+    kernel = (EstimatorSpec.parse("kernel_ridge(alpha=0.03, gamma=0.3)"),)
+    found = choose_regression(x, y + readings_noise(rng), PIECE, ROW, kernel, 12, np.zeros(2, dtype=bool), NOISE)
+    assert found is not None
+    assert found.sign == -1
+    never = rng.uniform(-1.0, 1.0, (400, 2))
+    assert found.frozen is not None
+    assert found.frozen.batch(never[:, list(found.columns)]).max() > 0.0
+    assert found(never[:, list(found.columns)]).max() == 0.0
+    both = choose_regression(x, 0.3 * x[:, 0] * x[:, 1], PIECE, ROW, kernel, 12, np.zeros(2, dtype=bool), NOISE)
+    assert both is not None
+    assert both.sign == 0
 
 
 def test_a_change_within_the_dead_band_is_none_and_one_beyond_it_is_whole() -> None:

@@ -267,3 +267,27 @@ def test_far_from_the_origin_kernels_keep_their_digits() -> None:
     estimator = KernelRidge(kernel="rbf", gamma=0.5, alpha=0.1).fit(x, y)
     exact = np.exp(-0.5 * ((x[:, None] - x) ** 2).sum(-1)) @ estimator.dual_coef_
     np.testing.assert_allclose(freeze(estimator).batch(x), exact, atol=1e-10)
+
+
+@pytest.mark.parametrize("rows_each", [1, 3])
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_derivatives_of_several_evaluations_at_once_are_those_of_each_to_the_bit(name: str, rows_each: int) -> None:
+    estimator, rows = fit(ESTIMATORS[name], 4)
+    model = freeze(estimator)
+    parts = rows[: 4 * rows_each].reshape(4, rows_each, 3)
+    noted = [model.batch_noted(part) for part in parts]
+    jacobians = model.jacobians([note for _, note in noted])
+    for part, (value, _), jacobian in zip(parts, noted, jacobians, strict=True):
+        expected_value, expected = model.batch_jacobian(part)
+        np.testing.assert_array_equal(value, expected_value)
+        np.testing.assert_array_equal(jacobian, expected)
+
+
+@pytest.mark.parametrize("name", ["kernel_ridge", "process", "polynomial_process"])
+def test_many_rows_are_evaluated_in_parts_and_noted_all_the_same(name: str) -> None:
+    estimator, _ = fit(ESTIMATORS[name], 4)
+    model, rows = freeze(estimator), table(9, 600)[0]
+    (value, note), (expected_value, expected) = model.batch_noted(rows), model.batch_jacobian(rows)
+    np.testing.assert_array_equal(value, expected_value)
+    np.testing.assert_array_equal(model.jacobians([note])[0], expected)
+    np.testing.assert_allclose(model.batch(rows), [model.value(row) for row in rows], atol=1e-11 * np.abs(value).max())

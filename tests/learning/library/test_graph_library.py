@@ -206,8 +206,8 @@ def edit(library: Path, change: Callable[[dict[str, Any]], None]) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda m: m.update(format=4), "format 4 is newer than 3"),
-        (lambda m: m.update(format=2), "format 2 is older than 3"),  # from before there were customary conditions
+        (lambda m: m.update(format=5), "format 5 is newer than 4"),
+        (lambda m: m.update(format=3), "format 3 is older than 4"),  # from before changes went one way
         (lambda m: m.update(robot_seconds=1.0), "robot_seconds: does not match its checksum"),
         (lambda m: m["model"]["noise"].reverse(), "model: does not match its checksum"),
         (lambda m: m.pop("period"), "period: missing"),

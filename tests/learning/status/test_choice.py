@@ -1,5 +1,7 @@
 """Inputs of a status: evidence that is conditional, that more demonstrations never take away, and honest borders."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -79,3 +81,15 @@ def test_probabilities_are_those_of_rows_left_out() -> None:
     assert slip < 0.02
     assert likelihood.mean() > np.log(0.8)
     assert calibration_error(np.full(100, 0.7), np.arange(100) < 70) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("gains", "chosen"), [([1.3, 1.6], False), ([2.6, 3.2], True)])
+def test_what_one_wrong_flag_would_make_up_chooses_no_input(
+    gains: list[float], *, chosen: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two pieces agree, but in 100 rows with a switch a flag is wrong with a probability of one in 51: 3.9 nat."""
+    truth, rows = np.arange(100) >= 50, np.arange(100)
+    choice = InputChoice(truth, rows // 50, rows % 5, ~truth)
+    monkeypatch.setattr(choice, "_gains", lambda *_, **__: np.array(gains))
+    one = Candidate(SimpleNamespace(), np.zeros((100, 1)), np.ones(1))  # type: ignore[arg-type]
+    assert (choice._further([], [one], by_role=True) is one) is chosen

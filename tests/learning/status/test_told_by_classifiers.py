@@ -1,12 +1,16 @@
 """A region that is no box: what boxes leave open, the classifiers that are tried decide."""
 
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
 
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionSpec
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.learning.data import GraphData, Piece
 from ichain_drake.learning.noise import measurement_std
+from ichain_drake.learning.status import status
 from ichain_drake.learning.status.candidates import status_candidates
 from ichain_drake.learning.status.status import input_choice, learn_status
 from ichain_drake.state import StateSpace, Variable
@@ -43,3 +47,22 @@ def test_an_input_that_a_box_can_not_tell_is_told_by_the_classifiers() -> None:
     model = learn_status(data, EDGE, {EDGE: None}, spec, noise)
     assert {i.label for i in model.inputs} == {"hand.grip", "hand.x", "hand.y"}
     assert model.score > 0.9
+
+
+def test_of_many_inputs_one_that_seems_to_tell_a_little_is_chance(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two pieces are a little likelier with it: more than one standard error, less than the best of ten by chance."""
+    piece = np.repeat(np.arange(4), 5)
+    many = [SimpleNamespace(caused=False, item=k) for k in range(10)]
+    likelihood = {1: np.zeros(20), 2: 0.9 * (np.arange(20) == 3) + 0.09 * (np.arange(20) == 8)}
+    monkeypatch.setattr(
+        status._Trial,
+        "of",
+        lambda data, edge, chosen, spec: status._Trial(chosen, *[None] * 6, likelihood[len(chosen)]),  # type: ignore[arg-type]
+    )
+    data = SimpleNamespace(piece_index=lambda: piece)
+    choice = SimpleNamespace(open=lambda chosen, free: free[:1])
+    first = status._Trial.of(data, EDGE, many[:1], None)  # type: ignore[arg-type]
+    for gain, more in ((1.0, False), (4.0, True)):
+        likelihood[2] *= gain
+        told = status._told_by_classifiers(first, choice, many, data, EDGE, None)  # type: ignore[arg-type]
+        assert (told is not first) is more

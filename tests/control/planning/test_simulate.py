@@ -1,0 +1,40 @@
+"""What is predicted of a drive that ends before the robot is all the way to where it drives."""
+
+import numpy as np
+import pytest
+from toy_models import ToyModel
+
+from ichain_drake.control.planning.drive_option import DriveOption
+from ichain_drake.control.planning.plan import Condition
+from ichain_drake.control.planning.simulate import simulate
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.state import StateSpace, Variable
+
+OPEN = Interaction("robot", "tank")
+
+
+def lever() -> ToyModel:
+    """A tank that fills the faster the further a robot has moved a lever; it goes 0.1 a tick."""
+    spaces = {"robot": StateSpace("robot", (Variable("x", "m"),)), "tank": StateSpace("tank", (Variable("level"),))}
+    shown = [{"robot": [x], "tank": [level]} for x, level in ((0.0, 0.0), (1.0, 3.0))]
+    return ToyModel(
+        InteractionGraph(spaces, ["robot->tank"]),
+        {"robot->tank": lambda s: s["robot"][:, 0] + 0.5},
+        {"robot->tank": lambda p, q, c: 0.1 * q},
+        {"tank": ["hold"]},
+        {"robot->tank": shown},
+        {},
+    )
+
+
+def test_a_drive_that_stops_on_the_way_is_undone_from_there() -> None:
+    model, empty = lever(), np.zeros(1)
+    drive = DriveOption(
+        (OPEN,), 0, 1, 0.1, None, {"robot": np.ones(1), "tank": empty}, {"robot": np.zeros(1), "tank": empty}
+    )
+    start = {"robot": np.array([-1.0]), "tank": empty}
+    early, full = simulate(model, [(start, drive)], start["robot"], [Condition("tank", "level", 0.145, np.inf)])[0]  # type: ignore[arg-type]
+    # 0.01 + 0.02 + ... + 0.05 on the way there, and 0.04 + ... + 0.01 on the way back.
+    assert early.end == pytest.approx(0.15)
+    assert early.states["tank"][0] == pytest.approx(0.25)
+    assert full.states["tank"][0] == pytest.approx(full.end + 0.45), "from all the way it is as far back"
