@@ -8,7 +8,6 @@ plans anew from what is observed.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -162,13 +161,13 @@ class Executor:
             return False
         space, here = self.model.graph.objects[self._root].observable, memory.readings[-1][self._root]
         known = memory.blocked or Blocked()
-        memory.blocked = known.met(further, memory.carried.following, self.model.step_limit[self._root][places(space)])
+        memory.blocked = known.met(further, memory.carried.held or "", self.model.step_limit[self._root][places(space)])
         memory.command = np.where(space.jump_mask, memory.command, here)
         return True
 
     def _view(self, memory: Memory) -> View:
         motion, blocked = self.motion, memory.blocked
-        if motion is None and blocked is not None and blocked.held == memory.carried.following:
+        if motion is None and blocked is not None and blocked.held == (memory.carried.held or ""):
             space = self.model.graph.objects[self._root].observable
             motion = Detour(space, self.model.step_limit[self._root], blocked)
         view = View(
@@ -272,8 +271,8 @@ class Executor:
         step = memory.plan.steps[memory.step] if memory.plan is not None and memory.step >= 0 else None
         view = self._view(memory)
         unforeseen, origin = failure.cause in _UNFORESEEN, memory.carried.origin
-        if memory.blocked is not None:  # what it was stopped by on the way to one goal counts for the next
-            memory.blocked = replace(memory.blocked, again=0)
+        if failure.cause == "reach":  # what was in the way may have been taken for wider than it is
+            memory.blocked = None
         if failure.cause == "lost":
             unforeseen = memory.carried.stayed(view.model, view.averaged())
             memory.carried = memory.carried.slipped()
