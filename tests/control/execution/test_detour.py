@@ -4,9 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_job import GRAPH, executor, fresh, readings
 
 from ichain_drake.control.execution.detour import Blocked, Detour, stopped_before
 from ichain_drake.control.execution.switching import Switch
+from ichain_drake.control.execution.tasks import Failed
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.settings import LEARNING
@@ -102,3 +104,13 @@ def test_a_robot_on_its_way_should_not_be_stopped_but_one_that_does_as_was_shown
     far: bool, path: list[FloatArray], travels: bool
 ) -> None:
     assert Switch(Interaction("digger", "rock"), path=path, far=far).travels == travels
+
+
+@pytest.mark.parametrize(("cause", "kept"), [("reach", False), ("carry", True)])
+def test_where_there_was_no_way_what_was_in_it_is_found_out_anew(cause: str, kept: bool) -> None:
+    world = fresh()
+    run = executor(["box.water >= 0.4"], world)
+    memory = run.start(readings(world)["hand"])
+    memory.readings, memory.blocked = [readings(world)] * 4, Blocked(np.ones((1, 3)))
+    run._failed(memory, Failed(GRAPH.interactions[0], cause, "no way"))
+    assert (memory.blocked is not None) == kept
