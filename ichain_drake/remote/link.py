@@ -19,6 +19,7 @@ from ichain_drake.remote.messages import (
     other_names,
     world_names,
 )
+from ichain_drake.robot.motion import MOVE_FRAMES
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
@@ -41,7 +42,8 @@ class RobotLink:
 
     The robot's frames are the clock. A message that does not come in time is a drop-out. A robot takes up a new command
     at its own ticks; how long messages take is measured at first, and decisions are made so many frames before a tick
-    that they are there in time: no earlier, since what is decided on is then as new as can be.
+    that they are there in time: no earlier, since what is decided on is then as new as can be. Where that would be
+    while the hand moves, of which models of whole ticks know nothing, they are made at the tick before.
 
     Args:
         address: see `opened`.
@@ -120,7 +122,9 @@ class RobotLink:
         whole = len(echoed) == max(trips) - min(trips)
         # The frame in which a command is heard is no delay. On a long line, or where messages get lost, it may not be
         # there in time: then the one of the next frame still is.
-        self.lead = max(0, frames - 1) + (0 if whole and frames <= 1 else 1)
+        lead = max(0, frames - 1) + (0 if whole and frames <= 1 else 1)
+        part = lead % FRAMES_PER_TICK
+        self.lead = lead if part < FRAMES_PER_TICK - MOVE_FRAMES else lead - part + FRAMES_PER_TICK
 
     def at(self, seconds: float) -> tuple[FloatArray, bool]:
         """The readings of a frame of this side's time, which begins at 0 and only rises; waits for them.

@@ -86,7 +86,7 @@ def test_a_command_over_the_line_moves_the_hand(robot: Robot) -> None:
     assert report["median_round_trip_ms"] > 0
     assert got["delay"][0] * 10 >= report["lead_frames"] - 1e-9
     if "--late" in robot.process.args:  # type: ignore[operator]
-        assert report["lead_frames"] >= 6
+        assert report["lead_frames"] >= 10
         assert report["lost_frames"] > 0
     else:
         assert report["lead_frames"] <= 3  # 0 on a machine that isn't busy

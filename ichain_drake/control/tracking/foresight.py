@@ -15,8 +15,9 @@ def foreseen(chain: LearnedChain, states: Sequence[FloatArray], command: FloatAr
     """States of all objects of a chain a while later, under the command that is in force.
 
     Whole ticks by the learned models; of a tick's part by the flow that, after a whole tick, is the model linearised:
-    what settles quickly has then settled, what moves steadily has gone that part of the way. What is told by its parent
-    alone is where its parent brings it after any time.
+    what settles quickly has then settled, what moves steadily has gone that part of the way. Within a tick parents
+    have come to where they were sent, since a hand moves at the beginning of one; and what is told by its parent alone
+    is where its parent brings it.
 
     Args:
         chain: the learned chain.
@@ -28,7 +29,7 @@ def foreseen(chain: LearnedChain, states: Sequence[FloatArray], command: FloatAr
     while ticks > 0:
         part, after = min(1.0, ticks), [np.asarray(command, dtype=float)]
         for k, link in enumerate(chain.links):
-            after.append(_later(link, now[k + 1], now[k], after[k], part))
+            after.append(_later(link, now[k + 1], now[k] if part == 1.0 else after[k], after[k], part))
         now, ticks = after, ticks - part
     return now
 

@@ -17,7 +17,7 @@ from ichain_drake.systems.own import own_scenario
 
 GOAL, NONE, NOISY = "goal", "none", "noise"
 PHYSICS: tuple[Physics, ...] = ("ideal", "arm", "contact")
-FIRST_SEED = 74_000
+FIRST_SEED = 84_000
 """Of all trials, unless another is asked for; move it once failures on the seeds from it on have led to fixes."""
 
 

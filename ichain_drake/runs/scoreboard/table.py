@@ -9,10 +9,7 @@ from typing import Any
 import numpy as np
 
 from ichain_drake.runs.intervals import seed_words, success_interval
-from ichain_drake.runs.scoreboard.cases import Case
-
-NONE = "none"
-"""Of the faults the one that is none."""
+from ichain_drake.runs.scoreboard.cases import NONE, Case
 
 TIMES = ("learning_seconds", "plan_seconds", "wall_seconds")
 """What differs from one run of the scoreboard to the next; everything else is the same."""
