@@ -33,7 +33,7 @@ STAYS = {
         "control/tracking/path.py": {"_MIN_POINTS", "_MOST_POINTS"},
     },
     "memory": {
-        "learning/frozen/kernel.py": {"_ROWS"},
+        "learning/frozen/kernel.py": {"_ROWS", "_KEPT"},
         "learning/frozen/neighbours.py": {"_ROWS"},
     },
     "mathematics": {

@@ -172,12 +172,13 @@ def _renamed(scenario: WaterDispenser, start: DispenserStart, names: dict[str, s
     cup_settings = dataclasses.replace(cup_settings, outlets={tank: cup_settings.outlets[TANK]})
     tank_settings = dataclasses.replace(scenario.tank_settings(), drain=dispense, heater=power)
     rim = (*start.cup, cup_settings.height)
-    plain = Cup(cup, parents[cup], None, settings(1), cup_settings)
+    plain = Cup(cup, parents[cup], cup_settings, settings=settings(1))
+    poured = plain.state_at(rim, start.water, start.temperature)
     objects: dict[str, WorldObject] = {
-        cup: Cup(cup, parents[cup], plain.state_at(rim, start.water, start.temperature), settings(1), cup_settings),
-        power: Button(power, parents[power], None, settings(2), scenario.button_mount(POWER)),
-        dispense: Button(dispense, parents[dispense], None, settings(3), scenario.button_mount(DISPENSE)),
-        tank: Tank(tank, parents[tank], None, settings(4), tank_settings),
+        cup: Cup(cup, parents[cup], cup_settings, initial=poured, settings=settings(1)),
+        power: Button(power, parents[power], scenario.button_mount(POWER), settings=settings(2)),
+        dispense: Button(dispense, parents[dispense], scenario.button_mount(DISPENSE), settings=settings(3)),
+        tank: Tank(tank, parents[tank], tank_settings, settings=settings(4)),
     }
     return World(graph, IdealHand(spec, spec.full(np.array(start.hand)), 7), objects)
 

@@ -78,6 +78,7 @@ def marked(browser, tmp_path_factory):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as program:
         try:
             line = program.stdout.readline()
+            browser.complaints()  # those about pages of other tests are theirs
             page = Page(browser, re.search(r"http://127\.0\.0\.1:\d+/", line)[0])
             seen = {"panels": browser.js("return document.querySelectorAll('section').length")}
             page.drag(0, HAND, 5, 14)

@@ -31,18 +31,8 @@ _BINARY = {
 }  # fmt: skip
 
 
-_RESERVED = {
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
-    "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed",
-    "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "fabs",
-    "cos", "sin", "exp", "sqrt", "floor", "fmax", "fmin", "tanh", "erf", "memcpy", "i", "j", "k", "m", "s", "best",
-    "taken", "i0", "i1", "i2",
-}  # fmt: skip
-"""What no argument may be called: C's own words, functions that are used, and variables of the loops."""
-
-
 def c_source(content: bytes, function: str) -> str:
-    """C99 source of `void function(const double *input, ..., double *output, ...)`.
+    """C99 source of `void function(const double input_in[], ..., double output_out[], ...)`.
 
     Args:
         content: a model as `forward_bytes` and its like give it.
@@ -76,7 +66,8 @@ def c_source(content: bytes, function: str) -> str:
     row = {name: np.zeros((1, width)) for name, width in inputs.items()}
     asked = [o.name for o in whole.graph.output]
     values = dict(zip(asked, reference.ReferenceEvaluator(whole).run(asked, row), strict=True)) | row | constants
-    writer = _Writer({n: np.asarray(v) for n, v in values.items()}, set(inputs) | set(outputs))
+    ends = dict.fromkeys(inputs, "_in") | dict.fromkeys(outputs, "_out")
+    writer = _Writer({n: np.asarray(v) for n, v in values.items()}, ends)
     body = [line for node in nodes for line in writer.node(node, onnx.helper.get_attribute_value)]
     used = set(re.findall(r"\w+", " ".join(body)))
     tables = [writer.constant(name, value) for name, value in constants.items() if writer.name(name) in used]
@@ -93,16 +84,16 @@ class _Writer:
 
     Args:
         values: every tensor, at one row.
-        outside: names of those that are arguments.
+        outside: what is put behind the names of those that are arguments: so none is a word of C.
     """
 
-    def __init__(self, values: dict[str, NDArray[Any]], outside: set[str]) -> None:
+    def __init__(self, values: dict[str, NDArray[Any]], outside: dict[str, str]) -> None:
         self._values, self._outside = values, outside
 
     def name(self, tensor: str) -> str:
         """In C."""
         name = re.sub(r"\W", "_", tensor, flags=re.ASCII)
-        return f"v_{name}" if tensor not in self._outside else f"{name}_" if name in _RESERVED else name
+        return f"{name}{self._outside[tensor]}" if tensor in self._outside else f"v_{name}"
 
     def _type(self, tensor: str) -> str:
         return _TYPES[self._values[tensor].dtype.str[1:]]

@@ -42,12 +42,12 @@ class Compiled:
 
     def __call__(self, **given: np.ndarray) -> dict[str, np.ndarray]:
         arrays = {
-            name: np.array(given[name], dtype=float) if const else np.zeros(int(size))
+            name: np.array(given[name.removesuffix("_in")], dtype=float) if const else np.zeros(int(size))
             for const, name, size in self._arguments
         }
         assert all(a.shape == (int(size),) for a, (_, _, size) in zip(arrays.values(), self._arguments, strict=True))
         self._called(*(a.ctypes.data_as(ctypes.c_void_p) for a in arrays.values()))
-        return {name: arrays[name] for const, name, _ in self._arguments if not const}
+        return {name.removesuffix("_out"): arrays[name] for const, name, _ in self._arguments if not const}
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
@@ -101,7 +101,7 @@ def test_names_that_are_words_of_c_can_be_arguments(tmp_path: Path) -> None:
     graph = OnnxGraph("switch")
     graph.output("exp", graph("Exp", graph.join([graph.input("switch", 1), graph.input("k", 2)])), 3)
     function = Compiled(c_source(graph.to_bytes({"model": "*/ int"}), "a-b.c"), "a_b_c", tmp_path)
-    np.testing.assert_allclose(function(switch_=[1.0], k_=[0.0, -1.0])["exp_"], np.exp([1.0, 0.0, -1.0]))
+    np.testing.assert_allclose(function(switch=[1.0], k=[0.0, -1.0])["exp"], np.exp([1.0, 0.0, -1.0]))
 
 
 def test_links_of_a_library_as_sources(tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_links_of_a_library_as_sources(tmp_path: Path) -> None:
     assert "forward.c" in files
     assert all(name.endswith(".c") for name in files)
     text = (tmp_path / "out" / "forward.c").read_text()
-    assert "void forward(const double child[2]" in text
+    assert "void forward(const double child_in[2]" in text
     assert '"unit": "m"' in text
 
 
