@@ -17,6 +17,8 @@ from ichain_drake.scenarios.graph_scenario import GraphScenario
 from ichain_drake.scenarios.hand_commands import HandCommands
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.state import FloatArray
+from ichain_drake.visualization import Camera, Drawing
+from ichain_drake.visualization.plain_drawing import PlainDrawing, places
 from ichain_drake.world.environment_spec import EnvironmentSpec
 from ichain_drake.world.environment_world import environment_world
 from ichain_drake.world.open_environment import OpenEnvironment
@@ -24,6 +26,9 @@ from ichain_drake.world.world import World
 
 _RUNS_PER_SEED = 1000
 _STARTS = 2**31  # seeds of resets are drawn below this
+_BLOCKS = 30  # blocks that fit beside each other into the room
+_LOOKED = 3  # starts that are looked at for its size
+_LEAST = 0.1  # of its sides [m]
 
 
 class EnvironmentScenario(GraphScenario[int]):
@@ -103,3 +108,29 @@ class EnvironmentScenario(GraphScenario[int]):
     def drawn_plant(self) -> Diagram | None:
         """None: no arm of ours is there."""
         return None
+
+    def drawings(self) -> Mapping[str, Drawing]:
+        """A block for everything that has a place; how it really looks nobody declared."""
+        low, high = self._room
+        placed = {n: s for n, s in self.graph.objects.items() if places(s)}
+        size = float(np.max(high - low)) / _BLOCKS
+        return {n: PlainDrawing(n, s, size, k) for k, (n, s) in enumerate(placed.items())}
+
+    def view(self) -> Camera:
+        """All of the room, from above and a little from the side of low y."""
+        low, high = self._room
+        middle, far = (low + high) / 2, float(np.max(high - low))
+        x, y, z = (float(v) for v in middle)
+        return Camera((x, y - 0.9 * far, z + 1.3 * far), (x, y, z), ground=None)
+
+    @cached_property
+    def _room(self) -> tuple[FloatArray, FloatArray]:
+        """Corners of the box in which things are at some starts, or may be by their bounds, shape (3,) each [m]."""
+        ends: dict[int, list[float]] = {0: [0.0], 1: [0.0], 2: [0.0]}
+        starts = [self.start_states(self.start(run)) for run in range(_LOOKED)]
+        for name, space in self.graph.objects.items():
+            for axis, i in places(space.observable).items():
+                bounds = (space.observable.lower[i], space.observable.upper[i])
+                ends[axis] += [float(b) for b in bounds if np.isfinite(b)] + [float(s[name][i]) for s in starts]
+        low, high = (np.array([f(ends[axis]) for axis in range(3)]) for f in (min, max))
+        return low, np.maximum(high, low + _LEAST)
