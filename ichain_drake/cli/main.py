@@ -139,7 +139,7 @@ def run(
         asked = (goal, [*paths, *more]) if paths else ([*goal, *more], paths)
         taught = taught_by(loaded, Taught(unlabelled, no_graph, graph_file))
         started = asked_for(loaded, asked[0], path, asked[1], smooth=smooth, taught=taught)
-        started.robot = robot_asked_for(started, robot, oracle=oracle)
+        started.robot = robot_asked_for(started, robot, oracle=oracle, meshcat=meshcat)
         return run_scenario(
             started, files, path, demos, library, oracle=oracle, lift=lift, resampled=resample, meshcat=meshcat,
             realtime=realtime,

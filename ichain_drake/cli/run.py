@@ -193,7 +193,7 @@ def asked_for(
     return start_run(scenario, choose_paths(scenario, paths, path), smooth=smooth)
 
 
-def robot_asked_for(run: PathRun | GraphRun, address: str, *, oracle: bool) -> str:
+def robot_asked_for(run: PathRun | GraphRun, address: str, *, oracle: bool, meshcat: bool) -> str:
     """The address of the robot that a run drives; empty for a world of its own.
 
     Raises:
@@ -201,6 +201,8 @@ def robot_asked_for(run: PathRun | GraphRun, address: str, *, oracle: bool) -> s
     """
     if address and isinstance(run, PathRun) and len(run.paths) > 1:
         raise InputError("--robot: it can't be put back to a start; give one path with --paths NAME or --path FILE")
+    if address and meshcat:
+        raise InputError("--robot: --meshcat shows a world in this process; look at the playback afterwards")
     if address and oracle:
         raise InputError("--robot: the oracle needs the true model of a world in this process; leave --oracle out")
     return address
