@@ -101,7 +101,8 @@ def scenario_alone(name: str, settings: Sequence[str] = ()) -> Any:
     Raises:
         InputError: as `scenario_named`.
     """
+    from ichain_drake.scenarios.base import ROBOT_PHYSICS
     from ichain_drake.systems import scenario_class
 
     kind = scenario_class(name)
-    return kind(settings, kind.physics_kinds[0], 0)
+    return kind(settings, getattr(kind, "physics_kinds", ROBOT_PHYSICS)[0], 0)
