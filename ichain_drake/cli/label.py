@@ -101,7 +101,7 @@ def _in_browser(
     from ichain_drake.cli.live import announce
     from ichain_drake.learning.discovery.cuts import cut_pieces
     from ichain_drake.learning.discovery.marks import CUT, marked
-    from ichain_drake.runs.labelling import LabellingSession
+    from ichain_drake.runs.labelling import LabellingSession, page_content
 
     found = cut_pieces([marked(log, known) for log in whole], graph, say.note, known)
     labelled, notice = None, ""
@@ -112,7 +112,8 @@ def _in_browser(
         say.note(notice)
     shown = graph if labelled is None or what.system is not None else labelled.graph
     names = dict.fromkeys([e.name for e in shown.interactions] + [m.interaction for m in known if m.interaction != CUT])
-    session = LabellingSession(whole, graph, list(names), found, labelled, known, file, say.note, notice)
+    content = page_content(whole, graph, list(names), found, labelled, known)
+    session = LabellingSession(whole, graph, content, known, file, say.note, notice)
     announce(session.address, opened=opened)
     return session.run()
 

@@ -22,6 +22,7 @@ from ichain_drake.cli.discover import discover
 from ichain_drake.cli.label import label
 from ichain_drake.cli.library_commands import library
 from ichain_drake.cli.logs import export_command, import_command
+from ichain_drake.cli.measuring import benchmarks, evaluate
 from ichain_drake.cli.options import PATH, options, scenario_alone, scenario_named
 from ichain_drake.cli.robot import robot
 from ichain_drake.cli.scoreboard import scoreboard
@@ -46,6 +47,8 @@ for _command in (
     label,
     discover,
     relearn,
+    evaluate,
+    benchmarks,
     scoreboard,
     check,
     import_command,
@@ -126,7 +129,8 @@ def run(
     SCENARIO is a name from `ichain list`, or your own file.py or module:Class, whose code is then run.
     """
     from ichain_drake import rules
-    from ichain_drake.cli.run import RunFiles, asked_for, robot_asked_for, run_scenario, taught_by
+    from ichain_drake.cli.run import asked_for, robot_asked_for, run_scenario, taught_by
+    from ichain_drake.cli.run_files import RunFiles
     from ichain_drake.runs.goals.unlabelled import Taught
 
     if more and not (paths or goal):
@@ -182,90 +186,6 @@ def plan(
     return print_plan(
         loaded, [*goal, *more], demos, library, lift=lift, resampled=resample, explain=explain, taught=taught
     )
-
-
-@app.command()
-@options("scenario")
-@options("physics", "seed")
-@click.option("--trials", type=int, help="number of seeds; 20 for paths, 5 for goals by default")
-@click.option(
-    "--methods", metavar="A,B", default="", help="only these (also method@samples, method/case; or labels,edges,cuts)"
-)
-@click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
-@click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
-@options("jobs", "cluster", "trial_timeout", "report", "output", "resume", "without", "settings")
-def evaluate(
-    scenario: str,
-    physics: str,
-    seed: int,
-    trials: int | None,
-    methods: str,
-    fresh: bool,
-    shared: bool,
-    jobs: int,
-    cluster: str,
-    trial_timeout: float | None,
-    report: str | None,
-    output: Path | None,
-    resume: bool,
-    without: tuple[str, ...],
-    settings: tuple[str, ...],
-) -> None:
-    """Compare methods over many seeds, in one table.
-
-    --fresh and --shared together print both.
-    """
-    from ichain_drake import rules
-    from ichain_drake.cli.evaluate import evaluate_path_scenario
-    from ichain_drake.cli.evaluate_discovery import evaluate_discovery_of
-    from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
-    from ichain_drake.runs.clusters.workers import Workers
-    from ichain_drake.runs.discovery import METHODS
-    from ichain_drake.scenarios import PathScenario
-
-    workers = Workers(jobs, cluster, trial_timeout)
-    loaded = scenario_named(scenario, settings, physics, seed)
-    names = [m.strip() for m in methods.split(",") if m.strip()]
-    with rules.without(without):
-        if set(names) & set(METHODS):
-            count = 5 if trials is None else trials
-            evaluate_discovery_of(loaded, list(settings), count, names, workers, report, output, resume=resume)
-        elif isinstance(loaded, PathScenario):
-            if shared:
-                raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
-            count = 20 if trials is None else trials
-            evaluate_path_scenario(loaded, list(settings), count, names, workers, report, output, resume=resume)
-        else:
-            count = 5 if trials is None else trials
-            evaluate_goal_scenario(
-                loaded, list(settings), count, names, workers, report, output,
-                shared=shared or not fresh, fresh=fresh, resume=resume,
-            )  # fmt: skip
-
-
-@app.command()
-@click.option("--profile", metavar="SYSTEM", help="instead: where the time of one run of it goes")
-@options("physics", "seed", "report", "settings")
-def benchmarks(profile: str | None, physics: str, seed: int, report: str | None, settings: tuple[str, ...]) -> None:
-    """Print what the library costs, as ratios measured in one run.
-
-    --physics, --seed and --set are those of the run that --profile looks at.
-    """
-    from ichain_drake.benchmarks import format_profile, format_table, profile_run, run_benchmarks
-    from ichain_drake.cli.console import Reporter
-    from ichain_drake.cli.run import deliver_report, printed
-    from ichain_drake.runs.paths.output import prepare_file
-
-    if report not in (None, "-"):
-        prepare_file(Path(report))
-    if profile is None and settings:
-        raise IchainError("--set is for --profile: the benchmarks have settings of their own")
-    with Reporter() as say:
-        results = run_benchmarks(say) if profile is None else profile_run(
-            scenario_named(profile, settings, physics, seed), say
-        )  # fmt: skip
-    text = format_table(results) if profile is None else format_profile(results)
-    deliver_report({**results, **printed(text)}, report, text=text)
 
 
 @app.command()

@@ -15,7 +15,12 @@ from ichain_drake.timing import FRAME
 @options("scenario", "physics", "seed")
 @click.option("--paths", "name", metavar="NAME", default="", help="paths: the one at whose start it begins")
 @click.option("--path", type=PATH, metavar="FILE.csv", help="the same of a file")
-@click.option("--address", metavar="ADDRESS", default="lcm://239.255.76.67:7667", show_default=True, help="of the line")
+@click.option(
+    "--address",
+    metavar="ADDRESS",
+    default="lcm://",
+    help="of the line: lcm://HOST:PORT, a multicast group; by default LCM's usual one",
+)
 @click.option("--seconds", type=float, default=3600.0, show_default=True, help="of the world, at most")
 @click.option("--pace", type=float, default=1.0, show_default=True, help="simulated seconds in a second")
 @click.option("--lost", type=float, default=0.0, show_default=True, help="share of messages that never arrive")

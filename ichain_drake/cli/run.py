@@ -6,9 +6,7 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +16,12 @@ from rich.table import Table
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
 from ichain_drake.cli.options import command_said
+from ichain_drake.cli.run_files import RunFiles
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.errors import InputError, UnreachableError
-from ichain_drake.files import held, real_path, unused_folder
+from ichain_drake.files import held
 from ichain_drake.graph import write_drawing
 from ichain_drake.runs.goals.run import GraphRun, own_goal
 from ichain_drake.runs.goals.unlabelled import Taught
@@ -31,70 +30,12 @@ from ichain_drake.runs.library import load
 from ichain_drake.runs.open_piece import save_left_behind
 from ichain_drake.runs.output import write_pictures_of, write_playback_of
 from ichain_drake.runs.paths.choice import choose_paths
-from ichain_drake.runs.paths.output import prepare_file, prepare_folder, write_report
+from ichain_drake.runs.paths.output import write_report
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.runs.pieces import check_settings
 from ichain_drake.runs.provenance import versions
 from ichain_drake.runs.run import carry_out, start_run
 from ichain_drake.scenarios import PathScenario, Scenario, build_world
-
-
-@dataclass(frozen=True)
-class RunFiles:
-    """Where a run writes.
-
-    Attributes:
-        folder: for whatever is not named below.
-        record: the playback; default `playback.html` in the folder.
-        report: the report; `-` for stdout; default `report.json` in the folder.
-    """
-
-    folder: Path
-    record: Path | None = None
-    report: str | None = None
-
-    @property
-    def playback(self) -> Path:
-        """File of the playback."""
-        return self.record or self.folder / "playback.html"
-
-    @cached_property
-    def demonstrations(self) -> Path:
-        """Folder for what is recorded; that of an earlier run is left as it is."""
-        return unused_folder(self.folder / "demonstrations")
-
-    def check_apart(self, read: Sequence[Path] = ()) -> None:
-        """See that nothing is written twice, or over what is read.
-
-        Args:
-            read: files that the run reads.
-
-        Raises:
-            InputError: naming the file.
-        """
-        if self.record is not None and self.record.suffix != ".html":
-            raise InputError(f"--record {self.record}: a playback ends in .html")
-        seen = {real_path(file): "is what the run reads" for file in read}
-        report = [] if self.report == "-" else [Path(self.report) if self.report else self.folder / "report.json"]
-        for file in (self.playback, *report, self.folder / "paths.png", self.folder / "timeline.png"):
-            place = real_path(file)
-            if place in seen:
-                raise InputError(f"{file}: {seen[place]}; give another name for what is written")
-            if file.suffix in (".parquet", ".csv"):
-                raise InputError(f"{file}: is named like a table, and what is written there is none; give another name")
-            seen[place] = "is where something else of this run is written"
-
-    def prepare(self) -> None:
-        """Make sure that everything can be written before the work starts.
-
-        Raises:
-            InputError: naming the folder or file that can't.
-        """
-        prepare_folder(self.folder)
-        for file in (self.playback, self.folder / "paths.png", self.folder / "timeline.png"):
-            prepare_file(file)
-        if self.report != "-":
-            prepare_file(Path(self.report) if self.report else self.folder / "report.json")
 
 
 def check_there(demos: Path | None) -> None:

@@ -117,9 +117,11 @@ class RobotLink:
                 trips[echo] = self._came - asked[echo]
         if not trips:
             raise RobotLostError(f"{self._address}: the robot there hears nothing")
-        frames = round(float(np.median(list(trips.values()))) / self._period)
-        echoed = [k for k in trips if k > min(trips)]
-        whole = len(echoed) == max(trips) - min(trips)
+        usual = float(np.median(list(trips.values())))
+        frames = round(usual / self._period)
+        # A question that was lost has no echo; an answer that was lost makes the next one late.
+        every = len(trips) == 1 + max(trips) - min(trips)
+        whole = every and max(trips.values()) < usual + _SLACK * self._period
         # The frame in which a command is heard is no delay. On a long line, or where messages get lost, it may not be
         # there in time: then the one of the next frame still is.
         lead = max(0, frames - 1) + (0 if whole and frames <= 1 else 1)

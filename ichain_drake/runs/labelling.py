@@ -28,9 +28,7 @@ class LabellingSession:
     Args:
         logs: recordings, not yet cut, in the graph's units.
         graph: objects, and the interactions that may be marked.
-        shown: names of the interactions that the page has.
-        found: the recordings as they were cut, with the marks so far.
-        labelled: statuses that were inferred in the pieces; None where nothing was.
+        content: of the page, from `page_content`.
         marks: so far.
         file: where marks go.
         say: called with a line at each event.
@@ -41,9 +39,7 @@ class LabellingSession:
         self,
         logs: Sequence[Demonstration],
         graph: InteractionGraph,
-        shown: Sequence[str],
-        found: Pieces,
-        labelled: Labelled | None,
+        content: Mapping[str, Any],
         marks: Sequence[Mark],
         file: Path,
         say: Callable[[str], None],
@@ -52,8 +48,8 @@ class LabellingSession:
         self._logs, self._graph, self._file, self._say = logs, graph, file, say
         self.marks = list(marks)
         self._over = threading.Event()
-        content = page_content(logs, graph, shown, found, labelled, marks)
-        self._page = LabelPage(content | {"title": f"Marks: {file.name}", "notice": notice}, self._save, self._over.set)
+        content = {**content, "title": f"Marks: {file.name}", "notice": notice}
+        self._page = LabelPage(content, self._save, self._over.set)
 
     @property
     def address(self) -> str:
@@ -92,7 +88,16 @@ def page_content(
     labelled: Labelled | None,
     marks: Sequence[Mark],
 ) -> dict[str, Any]:
-    """What the page shows of recordings; see `LabelPage` and `LabellingSession`."""
+    """What the page shows of recordings; see `LabelPage`.
+
+    Args:
+        logs: the recordings.
+        graph: objects, and the interactions that may be marked.
+        shown: names of the interactions that the page has.
+        found: the recordings as they were cut, with the marks so far.
+        labelled: statuses that were inferred in the pieces; None where nothing was.
+        marks: so far.
+    """
     return {
         "interactions": list(shown),
         "logs": [_log(log, graph, shown, found, labelled) for log in logs],

@@ -1,7 +1,6 @@
 """`ichain cut`, and long recordings given to the commands that learn from states alone."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import bath_log
@@ -9,8 +8,7 @@ import pytest
 import yaml
 
 from ichain_drake.cli.main import main
-from ichain_drake.demonstrations import read_folder, write_demonstration
-from ichain_drake.runs.discovery_scores import joined
+from ichain_drake.demonstrations import read_folder
 
 PIECES = bath_log.pieces()
 ENDS = [sum(len(p) for p in PIECES[: k + 1]) for k in range(len(PIECES))]
@@ -19,10 +17,7 @@ ENDS = [sum(len(p) for p in PIECES[: k + 1]) for k in range(len(PIECES))]
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """All pieces in one file, without a mark."""
-    file = tmp_path_factory.mktemp("logs") / "log.csv"
-    units = {f"{o}.{v.name}": v.unit for o, s in bath_log.GRAPH.objects.items() for v in s.variables}
-    write_demonstration(replace(joined(PIECES, "log"), units=units), file)
-    return file
+    return bath_log.write_log(PIECES, tmp_path_factory.mktemp("logs"))
 
 
 def test_pieces_and_a_table_are_written(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

@@ -1,24 +1,19 @@
 """`ichain label` without a browser: a table of marks becomes flags of pieces."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import bath_log
 import pytest
 
 from ichain_drake.cli.main import main
-from ichain_drake.demonstrations import read_folder, write_demonstration
-from ichain_drake.runs.discovery_scores import joined
+from ichain_drake.demonstrations import read_folder
 
 PIECES = bath_log.pieces(2)
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    file = tmp_path_factory.mktemp("logs") / "log.csv"
-    units = {f"{o}.{v.name}": v.unit for o, s in bath_log.GRAPH.objects.items() for v in s.variables}
-    write_demonstration(replace(joined(PIECES, "log"), units=units), file)
-    return file
+    return bath_log.write_log(PIECES, tmp_path_factory.mktemp("logs"))
 
 
 def label(log: Path, text: str, folder: Path, *more: str) -> int:

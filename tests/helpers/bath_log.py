@@ -5,11 +5,16 @@ A rock never moves, and a fly moves by itself.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 
-from ichain_drake.demonstrations import Demonstration
+from ichain_drake.demonstrations import Demonstration, write_demonstration
 from ichain_drake.graph import InteractionGraph
+from ichain_drake.runs.discovery_scores import joined
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -81,3 +86,10 @@ def pieces(count: int = 5, first: int = 0, objects: tuple[str, ...] = ("hand", "
         kept = [c for c in whole.table.columns if "->" in c or c == "time" or c.split(".")[0] in objects]
         out.append(Demonstration(whole.table[kept], {}, whole.name))
     return out
+
+
+def write_log(parts: Sequence[Demonstration], folder: Path) -> Path:
+    """Pieces as one recording without a mark, with units: `log.csv` in a folder."""
+    units = {f"{o}.{v.name}": v.unit for o, s in GRAPH.objects.items() for v in s.variables}
+    write_demonstration(replace(joined(parts, "log"), units=units), folder / "log.csv")
+    return folder / "log.csv"

@@ -4,7 +4,6 @@ import json
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import bath_log
@@ -12,9 +11,8 @@ import pytest
 from patience import until
 
 from ichain_drake.cli.main import main
-from ichain_drake.demonstrations import read_folder, write_demonstration
+from ichain_drake.demonstrations import read_folder
 from ichain_drake.learning.discovery.marks import read_marks
-from ichain_drake.runs.discovery_scores import joined
 
 PIECES = bath_log.pieces()
 FIRST = len(PIECES[0])
@@ -71,8 +69,7 @@ class Page:
 def marked(browser, tmp_path_factory):
     """Two marks, one of them partly taken back, a cut that is moved, one that is joined, one more, and names."""
     folder = tmp_path_factory.mktemp("marked")
-    units = {f"{o}.{v.name}": v.unit for o, s in bath_log.GRAPH.objects.items() for v in s.variables}
-    write_demonstration(replace(joined(PIECES[:3], "log"), units=units), folder / "log.csv")
+    bath_log.write_log(PIECES[:3], folder)
     words = ["label", str(folder / "log.csv"), "--marks", str(folder / "marks.csv"), "--browser", "--no-open"]
     command = [sys.executable, "-m", "ichain_drake", *words, "--robot", "hand", "-o", str(folder / "demos")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as program:

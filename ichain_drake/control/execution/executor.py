@@ -154,7 +154,8 @@ class Executor:
 
         Where its ways are laid out by whoever knows what stands there, nothing stops it but what it is to push.
         """
-        if self.motion is not None or not self.settings.monitors or not memory.tasks or not memory.tasks[0].travels:
+        watched = self.motion is None and self.settings.monitors and enabled("detour")
+        if not watched or not memory.tasks or not memory.tasks[0].travels:
             return False
         further = stopped_before(self._model(memory), memory.readings, memory.command)
         if further is None:

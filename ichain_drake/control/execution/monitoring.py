@@ -113,6 +113,8 @@ def spoiled(model: InteractionModel, goal: Goal, plan: Sequence[PlanStep], done:
         done: index of the step that has been done.
         now: measured states, shape (n_variables,) each.
     """
+    if not enabled("spoiled"):
+        return ""
     later = {e.child for s in plan[done + 1 :] for e in s.chain}
     for c in goal.conditions:
         if c.object in later or c.object not in plan[done].predicted:

@@ -17,6 +17,7 @@ from ichain_drake.graph import Interaction
 from ichain_drake.learning.effects.alignment import apart, frame_turns, heading_of
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.rules import enabled
 from ichain_drake.state import BoolArray, FloatArray, wrap_angle
 
 
@@ -155,6 +156,8 @@ class Frames:
         Returns:
             shape (...).
         """
+        if not enabled("brought_where_shown"):
+            return np.ones(states.shape[:-1], dtype=bool)
         places = self._spaces[obj].role_indices("position")
         low, high = self._model.low[obj][places], self._model.high[obj][places]
         room, place = LEARNING.slight * LEARNING.near * (high - low), states[..., places]

@@ -159,7 +159,7 @@ def _drives_of(
             if best < least[v]:
                 continue
             nearly = np.flatnonzero(total >= PLANNING.nearly * best)
-            if carry is not None:
+            if carry is not None and enabled("turned_where_shown"):
                 shown = _shown(model, carry, poses[carry.edge.child][nearly][:, carry.follow])
                 nearly = nearly[shown] if shown.any() else nearly
             nearly = nearly[np.argsort(-sure[nearly], kind="stable")]

@@ -33,6 +33,7 @@ from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 
@@ -231,7 +232,7 @@ class Search:
         """Whether readings can tell that a variable was driven as far as that: else nobody knows when to stop."""
         target = drive.chain[-1].child
         change = drive.direction * (end - node.states[target][drive.variable])
-        return bool(change >= LEARNING.clear * self.model.noise[target][drive.variable])
+        return not enabled("tellable") or bool(change >= LEARNING.clear * self.model.noise[target][drive.variable])
 
     def _step(self, node: SearchNode, drive: DriveOption, outcome: Outcome) -> PlanStep:
         target = drive.chain[-1].child
