@@ -5,18 +5,32 @@ Rows of one stretch are successive, so that changes, switches and slow effects c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from ichain_drake.demonstrations.columns import as_numbers
 from ichain_drake.demonstrations.table import Demonstration
-from ichain_drake.graph import InteractionGraph
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import BoolArray, IntArray
 
 _ON = 0.5  # a flag beyond it is set
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How much of long recordings is used.
+
+    Attributes:
+        rows: in all, at most.
+        stretch: successive rows that are used, or not, together.
+    """
+
+    rows: int
+    stretch: int
 
 
 @dataclass(frozen=True)
@@ -39,30 +53,60 @@ class Outline:
         return np.diff(self.starts, append=self.rows)
 
 
-def outline(piece: Demonstration, graph: InteractionGraph, length: int) -> Outline:
-    """The stretches of a piece, all but the last `length` long, and what they tell.
+class Outliner:
+    """Makes the outline of a recording that is read a part at a time.
 
-    A stretch tells about an interaction if its flag switches in it; where it never does in the piece, if it is active;
-    and where the piece has no flag of it, if both of its ends are there.
+    A stretch tells about an interaction if its flag switches in it; where it never does in the recording, if it is
+    active; and where the recording has no flag of it, if both of its ends are there.
 
     Args:
-        piece: not necessarily checked.
         graph: the interactions.
-        length: [rows].
+        length: of all stretches but the last [rows].
     """
-    starts = np.arange(0, max(len(piece), 1), length, dtype=np.intp)
-    if len(starts) > 1 and len(piece) - starts[-1] < length // 2:  # a short rest goes with the stretch before
-        starts = starts[:-1]
-    tells = np.zeros((len(starts), len(graph.interactions)), dtype=bool)
-    for k, edge in enumerate(graph.interactions):
-        if edge.name in piece.table:
-            on = as_numbers(piece.table[edge.name]) > _ON
-            switched = np.concatenate([[False], on[1:] != on[:-1]])
-            shown = np.flatnonzero(switched if switched.any() else on)
-            tells[np.searchsorted(starts, shown, side="right") - 1, k] = True
-        else:
-            tells[:, k] = all(piece.has(end, graph.objects[end]) for end in (edge.parent, edge.child))
-    return Outline(starts, len(piece), tells)
+
+    def __init__(self, graph: InteractionGraph, length: int) -> None:
+        self._edges, self._length, self._rows = graph.interactions, length, 0
+        self._last: dict[Interaction, bool] = {}
+        self._switched: dict[Interaction, list[IntArray]] = {e: [] for e in self._edges}
+        self._active: dict[Interaction, list[IntArray]] = {e: [] for e in self._edges}
+
+    def add(self, flags: pd.DataFrame) -> None:
+        """The next rows; columns that are no flags are not looked at, and not needed."""
+        for edge in self._edges:
+            if edge.name not in flags or not len(flags):
+                continue
+            on = as_numbers(flags[edge.name]) > _ON
+            before = np.concatenate([[self._last.get(edge, on[0])], on[:-1]])
+            for rows, found in ((on != before, self._switched), (on, self._active)):
+                found[edge].append(np.unique((self._rows + np.flatnonzero(rows)) // self._length))
+            self._last[edge] = bool(on[-1])
+        self._rows += len(flags)
+
+    def outline(self, holds: Callable[[str], bool]) -> Outline:
+        """The outline of all rows so far.
+
+        Args:
+            holds: whether the recording has an object of that name.
+        """
+        starts = np.arange(0, max(self._rows, 1), self._length, dtype=np.intp)
+        if len(starts) > 1 and self._rows - starts[-1] < self._length // 2:  # a short rest goes with the one before
+            starts = starts[:-1]
+        tells = np.zeros((len(starts), len(self._edges)), dtype=bool)
+        for k, edge in enumerate(self._edges):
+            if edge in self._last:
+                shown = np.concatenate(self._switched[edge])
+                shown = shown if len(shown) else np.concatenate(self._active[edge])
+                tells[np.minimum(shown, len(starts) - 1), k] = True
+            else:
+                tells[:, k] = holds(edge.parent) and holds(edge.child)
+        return Outline(starts, self._rows, tells)
+
+
+def outline(piece: Demonstration, graph: InteractionGraph, length: int) -> Outline:
+    """The stretches of a piece, and what they tell; see `Outliner`."""
+    whole = Outliner(graph, length)
+    whole.add(piece.table)
+    return whole.outline(lambda name: piece.has(name, graph.objects[name]))
 
 
 def chosen_rows(outlines: Sequence[Outline], most: int) -> list[list[tuple[int, int]]]:
@@ -118,16 +162,15 @@ def stretch(piece: Demonstration, first: int, end: int) -> Demonstration:
     )
 
 
-def thinned(pieces: Sequence[Demonstration], graph: InteractionGraph, most: int, length: int) -> list[Demonstration]:
+def thinned(pieces: Sequence[Demonstration], graph: InteractionGraph, bound: Bound) -> list[Demonstration]:
     """Stretches of pieces with at most so many rows in all; the pieces themselves where they have no more.
 
     Args:
         pieces: demonstrations.
         graph: whose interactions must be shown.
-        most: rows in all.
-        length: of a stretch [rows]; shorter pieces are kept, or left out, as a whole.
+        bound: how many rows; pieces shorter than its stretches are kept, or left out, as a whole.
     """
-    if sum(map(len, pieces)) <= most:
+    if sum(map(len, pieces)) <= bound.rows:
         return list(pieces)
-    kept = chosen_rows([outline(piece, graph, length) for piece in pieces], most)
+    kept = chosen_rows([outline(piece, graph, bound.stretch) for piece in pieces], bound.rows)
     return [stretch(piece, a, b) for piece, rows in zip(pieces, kept, strict=True) for a, b in rows]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ichain_drake.demonstrations import Demonstration
-from ichain_drake.demonstrations.thinning import thinned
+from ichain_drake.demonstrations.thinning import Bound, thinned
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.settings import LEARNING
 
@@ -19,7 +19,12 @@ def enough(pieces: Sequence[Demonstration], graph: InteractionGraph) -> list[Dem
         pieces: demonstrations.
         graph: whose interactions are learned.
     """
-    return thinned(pieces, graph, LEARNING.most_learned, LEARNING.stretch)
+    return thinned(pieces, graph, learned_bound())
+
+
+def learned_bound() -> Bound:
+    """How many rows are learned from at most."""
+    return Bound(LEARNING.most_learned, LEARNING.stretch)
 
 
 def thinning_told(given: Sequence[Demonstration], used: Sequence[Demonstration]) -> list[str]:
