@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ichain_drake.demonstrations import Demonstration, prepare, read_folder
+from ichain_drake.demonstrations import Demonstration, prepare
 from ichain_drake.demonstrations.checks import check_times, known_units
+from ichain_drake.demonstrations.long_logs import read_enough
 from ichain_drake.errors import InputError
 from ichain_drake.files import is_file
 from ichain_drake.graph import Interaction, InteractionGraph
@@ -15,6 +16,7 @@ from ichain_drake.learning.discovery.cuts import TABLE, Pieces, cut_pieces
 from ichain_drake.learning.discovery.labels import raw_piece
 from ichain_drake.learning.discovery.log import RawPiece
 from ichain_drake.learning.discovery.marks import Mark, check_marks, marked
+from ichain_drake.learning.enough import learned_bound
 from ichain_drake.state import StateSpace
 
 
@@ -66,7 +68,9 @@ def read_logs(
     Raises:
         InputError: as `read_raw` and `check_marks`.
     """
-    logs = prepare(read_folder(folder, say), graph, resampled=resampled, say=say)
+    # Marks speak of whole logs.
+    found_logs = read_enough(folder, graph, None if marks else learned_bound(), resampled=resampled, say=say)
+    logs = prepare(found_logs, graph, resampled=resampled, say=say)
     check_marks(marks, logs, graph)
     logs = [marked(log, marks) for log in logs]
     if is_file(folder / TABLE) and not marks:
