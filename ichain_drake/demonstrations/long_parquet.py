@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 
 from ichain_drake.demonstrations.parquet import nothing, seconds, units_of, values_of
 from ichain_drake.demonstrations.parquet_claims import read_claims
+from ichain_drake.demonstrations.thrift import DamagedError
 from ichain_drake.errors import InputError
 from ichain_drake.files import FileBytes, opened, printable
 
@@ -70,6 +71,8 @@ class LongParquet:
                     break
                 yield self._frame(range(len(self.names)), kept)
                 left, kept = left[1:], []
+        if left:
+            raise DamagedError("it has fewer rows than it claims")
 
     def _batches(self, leaves: Sequence[int], first: int, end: int) -> Iterator[tuple[int, pa.RecordBatch]]:
         """Batches of the row groups that have any of some rows, and the first row of each."""
