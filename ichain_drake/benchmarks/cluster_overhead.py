@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import resource
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
@@ -57,8 +58,8 @@ def benchmark_clusters(trials: int, seconds: float, workers: int, repeats: int) 
         repeats: rounds, in turns.
 
     Returns:
-        Median wall times `loky` and `dask` [s], `ratio`, the median of the rounds' ratios, and the sizes; None without
-        the extra `dask`.
+        Median wall times `loky` and `dask` [s], `ratio`, the median of the rounds' ratios, `processor_ratio`, that of
+        the processor time of all that took part, and the sizes; None without the extra `dask`.
     """
     if find_spec("distributed") is None:
         return None
@@ -66,19 +67,32 @@ def benchmark_clusters(trials: int, seconds: float, workers: int, repeats: int) 
 
     def run(cluster: str) -> float:
         get_reusable_executor().shutdown(wait=True)  # what is left of an earlier round would be a head start
-        begin = time.perf_counter()
+        begin, busy = time.perf_counter(), _processor_seconds()
         with opened(Workers(workers, cluster)) as backend:
             found = run_jobs(jobs, backend)
         if not cluster:
             get_reusable_executor().shutdown(wait=True)
         assert found == list(range(trials))
+        processor[cluster or "loky"].append(_processor_seconds() - busy)
         return time.perf_counter() - begin
 
+    processor: dict[str, list[float]] = {"loky": [], "dask": []}
     times = interleaved({"loky": lambda: run(""), "dask": lambda: run("dask")}, repeats)
     return {
         "trials": trials,
         "seconds": seconds,
         "workers": workers,
         **{kind: float(np.median(found)) for kind, found in times.items()},
-        "ratio": float(np.median(np.array(times["dask"]) / np.array(times["loky"]))),
+        "ratio": _ratio(times),
+        "processor_ratio": _ratio(processor),
     }
+
+
+def _ratio(times: Mapping[str, Sequence[float]]) -> float:
+    return float(np.median(np.array(times["dask"]) / np.array(times["loky"])))
+
+
+def _processor_seconds() -> float:
+    """Processor time of this process and of all that it started and that have ended [s]."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(u.ru_utime + u.ru_stime for u in used)

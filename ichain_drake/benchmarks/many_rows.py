@@ -1,7 +1,4 @@
-"""How time and memory of learning grow with the number of rows, each size in a process of its own.
-
-`python -m ichain_drake.benchmarks.many_rows ROWS` measures one size and prints it as JSON.
-"""
+"""How time and memory of learning grow with the number of rows, each size in a process of its own."""
 
 from __future__ import annotations
 
@@ -95,14 +92,10 @@ def benchmark_rows(rows: Sequence[int]) -> dict[str, Any]:
     """
     sizes = []
     for count in rows:
-        command = [sys.executable, "-m", __name__, str(count)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        code = f"import json; from {__name__} import measure_rows; print(json.dumps(measure_rows({count})))"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
         if done.returncode:
             last = (done.stderr.strip().splitlines() or [f"it ended with status {done.returncode}"])[-1]
             raise IchainError(f"learning from {count} rows could not be measured: {last}")
         sizes.append(json.loads(done.stdout))
     return {"sizes": sizes, "fit": line_fit([s["rows"] for s in sizes], [s["seconds"] for s in sizes])}
-
-
-if __name__ == "__main__":
-    print(json.dumps(measure_rows(int(sys.argv[1]))))

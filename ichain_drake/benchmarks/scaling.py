@@ -106,7 +106,7 @@ def _clusters(c: Mapping[str, Any] | None) -> list[str]:
         return [title, "  not measured: the extra `dask` is not installed"]
     what = f"{c['trials']} trials of {c['seconds']:g} s, {c['workers']} workers"
     table = [
-        [f"{what}, processes of joblib", f"{c['loky']:.1f}", "1.00"],
-        [f"{what}, Dask", f"{c['dask']:.1f}", f"{c['ratio']:.2f}"],
+        [f"{what}, processes of joblib", f"{c['loky']:.1f}", "1.00", "1.00"],
+        [f"{what}, Dask", f"{c['dask']:.1f}", f"{c['ratio']:.2f}", f"{c['processor_ratio']:.2f}"],
     ]
-    return [title, *columns(["", "s", "x"], table)]
+    return [title, *columns(["", "s", "x", "x processor time"], table)]
