@@ -1,0 +1,93 @@
+"""Many runs of one object side by side, a row each: one `step` in numpy for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ichain_drake.errors import IchainError
+from ichain_drake.noise import NoiseRows
+from ichain_drake.objects.base import ParentStates, WorldObject
+from ichain_drake.state import BoolArray, FloatArray
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK
+
+_LARGEST = 1e100  # as for one run
+
+
+class NotTogetherError(IchainError):
+    """These runs can't be calculated together to the bits that each has alone; the message says why."""
+
+
+class ObjectRows:
+    """The same object of several worlds, which differ in seeds and starts alone.
+
+    Args:
+        objects: one a world.
+
+    Raises:
+        NotTogetherError: if they differ otherwise, or need a plant or a sensor's past.
+    """
+
+    def __init__(self, objects: Sequence[WorldObject]) -> None:
+        first = objects[0]
+        settings = first.settings
+        for other in objects:
+            if type(other) is not type(first) or replace(other.settings, seed=settings.seed) != settings:
+                raise NotTogetherError(f"{first.get_name()} differs from run to run")
+        if settings.body_size or settings.dropouts or type(first).settle is not WorldObject.settle:
+            raise NotTogetherError(f"{first.get_name()} has a body, drop-outs, or settles")
+        self._object, self._each = first, list(objects)
+        self._process = NoiseRows([o._process_noise for o in objects])
+        self._sensor = NoiseRows([o._sensor_noise for o in objects])
+
+    @property
+    def immediate(self) -> bool:
+        """Whether it mirrors its parents at once."""
+        return self._object.immediate
+
+    def decide(self, state: FloatArray, parents: ParentStates, active: FloatArray) -> FloatArray:
+        """Which incoming interactions are active, shape (n, n_parents), from before."""
+        before = {p: active[:, k] > 0.5 for k, p in enumerate(self._object.parents)}
+        told = {p: parents[p] for p in self._object.parents}
+        after = self._object.decide_rows(state, told, before)
+        return np.stack([after[p] for p in self._object.parents], axis=1).astype(float)
+
+    def step(self, state: FloatArray, parents: ParentStates, active: FloatArray, frame: int) -> FloatArray:
+        """States 1/30 s later, shape (n, n_variables).
+
+        In the first tick every row is stepped by its own object too.
+
+        Raises:
+            NotTogetherError: if that gives other bits, or any value is no state.
+        """
+        noise = self._process.at(frame) * self._object.settings.noise_scale
+        told = {p: parents[p] for p in self._object.parents}
+        on = dict(zip(told, active.T, strict=True))
+        after = self._object.step(state, told, on, noise, FRAME)
+        name = self._object.get_name()
+        if type(after) is not np.ndarray or after.shape != state.shape or after.dtype != float:
+            raise NotTogetherError(f"{name}: step gives no states of many rows")
+        if not np.abs(after).max(initial=0.0) <= _LARGEST:
+            raise NotTogetherError(f"{name}: step gives what is no state")
+        if frame < FRAMES_PER_TICK:
+            for i, own in enumerate(self._each):
+                alone = own.step(state[i], _row(told, i), _row(on, i), noise[i], FRAME)
+                if not np.array_equal(alone, after[i]):
+                    raise NotTogetherError(f"{name}: step gives other bits for many rows than for one")
+        return after.copy()
+
+    def measure(self, state: FloatArray, frame: int) -> FloatArray:
+        """What the sensors read, shape (n, n_observable)."""
+        return self._object.measure(state, self._sensor.at(frame) * self._object.settings.noise_scale)
+
+    def keep(self, rows: BoolArray) -> None:
+        """Go on with some of the runs; shape (n,)."""
+        self._each = [o for o, kept in zip(self._each, rows, strict=True) if kept]
+        self._process.keep(rows)
+        self._sensor.keep(rows)
+
+
+def _row(values: Mapping[str, FloatArray], i: int) -> dict[str, FloatArray]:
+    return {name: value[i] for name, value in values.items()}
