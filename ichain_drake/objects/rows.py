@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,16 @@ _LARGEST = 1e100  # as for one run
 
 class NotTogetherError(IchainError):
     """These runs can't be calculated together to the bits that each has alone; the message says why."""
+
+
+class _Numbers(np.ndarray):
+    """An array whose powers are those of its numbers: numpy has another routine for arrays, off by the last bit."""
+
+    def __pow__(self, exponent: Any, modulo: Any = None) -> Any:
+        if np.ndim(exponent):
+            return np.array(self) ** exponent
+        powers = [number**exponent for number in self.ravel()]
+        return np.array(powers, dtype=float).reshape(self.shape).view(_Numbers)
 
 
 class ObjectRows:
@@ -65,9 +76,11 @@ class ObjectRows:
         noise = self._process.at(frame) * self._object.settings.noise_scale
         told = {p: parents[p] for p in self._object.parents}
         on = dict(zip(told, active.T, strict=True))
-        after = self._object.step(state, told, on, noise, FRAME)
+        many = {p: v.view(_Numbers) for p, v in told.items()}
+        modes = {p: v.view(_Numbers) for p, v in on.items()}
+        after = np.asarray(self._object.step(state.view(_Numbers), many, modes, noise.view(_Numbers), FRAME))
         name = self._object.get_name()
-        if type(after) is not np.ndarray or after.shape != state.shape or after.dtype != float:
+        if after.shape != state.shape or after.dtype != float:
             raise NotTogetherError(f"{name}: step gives no states of many rows")
         if not np.abs(after).max(initial=0.0) <= _LARGEST:
             raise NotTogetherError(f"{name}: step gives what is no state")

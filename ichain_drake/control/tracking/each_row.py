@@ -18,8 +18,8 @@ from ichain_drake.learning.chain.models import ForwardModel
 from ichain_drake.learning.frozen import FrozenModel
 from ichain_drake.state import FloatArray
 
-_TOGETHER = 32
-"""Rows that are decided at once: what a Gaussian process makes of more leaves the processor's cache."""
+_TOGETHER = 256
+"""Rows that are decided at once: bounds the memory of a large batch."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from ichain_drake.learning.frozen.model import FrozenModel
 from ichain_drake.learning.frozen.scaling import FloatArray
 
 _ROWS = 256  # rows evaluated at once: bounds the memory of a large batch
+_TABLES = 16  # tables of one row evaluated at once: the bumps of more would not stay in the processor's cache
 _KEPT = 2  # rows whose bumps are kept for the derivatives: those of more would leave the processor's cache meanwhile
 
 
@@ -90,9 +91,10 @@ class KernelSum(FrozenModel):
         return np.exp(phi, out=phi)
 
     def _batch(self, z: FloatArray) -> FloatArray:
-        if len(z) <= _ROWS:
+        step = _ROWS if z.ndim == 2 else _TABLES
+        if len(z) <= step:
             return self._some(z)
-        return np.concatenate([self._some(z[k : k + _ROWS]) for k in range(0, len(z), _ROWS)])
+        return np.concatenate([self._some(z[k : k + step]) for k in range(0, len(z), step)])
 
     def _some(self, z: FloatArray) -> FloatArray:
         """`_batch` of so few rows that the memory is no question."""
@@ -107,8 +109,9 @@ class KernelSum(FrozenModel):
     def _batch_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         values = np.empty((*z.shape[:-1], self.n_out))
         jacobians = np.empty((*values.shape, self.n_in))
-        for start in range(0, len(z), _ROWS):
-            part = slice(start, start + _ROWS)
+        step = _ROWS if z.ndim == 2 else _TABLES
+        for start in range(0, len(z), step):
+            part = slice(start, start + step)
             values[part], phi = self._weighed(z[part])
             jacobians[part] = self._slopes_of([(z[part], phi)])[0]
         return values, jacobians
@@ -130,7 +133,8 @@ class KernelSum(FrozenModel):
 
     def _slopes_of(self, notes: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
         """Jacobians (k, ..., n, n_out, n_in) from inputs and what each bump adds there, k times."""
-        slopes = np.matmul(np.array([phi for _, phi in notes]), self._slopes).swapaxes(-3, -2)
+        bumps = notes[0][1][None] if len(notes) == 1 else np.array([phi for _, phi in notes])
+        slopes = np.matmul(bumps, self._slopes).swapaxes(-3, -2)
         centred = (np.array([z for z, _ in notes]) - self._middle)[..., None, :]
         result = np.multiply(slopes[..., self.n_in :], centred, out=np.empty((*slopes.shape[:-1], self.n_in)))
         return np.add(slopes[..., : self.n_in], result, out=result)
