@@ -192,7 +192,9 @@ class WorldObject(LeafSystem):
         if type(self).decide_active is WorldObject.decide_active:
             return {p: np.ones(len(state), dtype=bool) for p in self.parents}
         rows = [
-            self.decide_active(s, {p: v[i] for p, v in parents.items()}, {p: bool(v[i]) for p, v in active.items()}, None)
+            self.decide_active(
+                s, {p: v[i] for p, v in parents.items()}, {p: bool(v[i]) for p, v in active.items()}, None
+            )
             for i, s in enumerate(state)
         ]
         return {p: np.array([row[p] for row in rows], dtype=bool) for p in self.parents}

@@ -10,7 +10,6 @@ from ichain_drake.noise import NoiseRows
 from ichain_drake.objects.rows import NotTogetherError, ObjectRows
 from ichain_drake.robot.ideal import IdealHand
 from ichain_drake.state import BoolArray, FloatArray
-from ichain_drake.timing import FRAMES_PER_TICK
 from ichain_drake.world.world import World
 
 
@@ -33,15 +32,17 @@ class WorldRows:
         hands = [w.robot for w in worlds if type(w) is World and type(w.robot) is IdealHand]
         if len(hands) < len(worlds) or any(h.spec != hands[0].spec for h in hands):
             raise NotTogetherError("worlds with one hand and no arm are calculated together")
-        if any((w.graph.objects, w.graph.interactions) != (self.graph.objects, self.graph.interactions) for w in worlds):
+        if any(
+            (w.graph.objects, w.graph.interactions) != (self.graph.objects, self.graph.interactions) for w in worlds
+        ):
             raise NotTogetherError("worlds of one graph are calculated together")
         self._motion, self._sensor = hands[0].motion, hands[0].measurement
         self._hand_noise = NoiseRows([h.measurement.noise for h in hands])
         self._objects = {name: ObjectRows([w.objects[name] for w in worlds]) for name in first.objects}
         contexts = [w.CreateDefaultContext() for w in worlds]
-        self._set_points = np.array([
-            h.GetOutputPort("setpoint").Eval(h.GetMyContextFromRoot(c)) for h, c in zip(hands, contexts, strict=True)
-        ])
+        self._set_points = np.array(
+            [h.GetOutputPort("setpoint").Eval(h.GetMyContextFromRoot(c)) for h, c in zip(hands, contexts, strict=True)]
+        )
         self.states = {
             n: np.array([w.GetOutputPort(f"{n}.state").Eval(c) for w, c in zip(worlds, contexts, strict=True)])
             for n in self.graph.objects
