@@ -172,3 +172,9 @@ def test_an_object_without_step_says_so() -> None:
 
     with pytest.raises(NotImplementedError, match="Empty does not implement step"):
         Rig(Empty("e", {"knob": KNOB})).simulator.AdvanceTo(0.1)
+
+
+def test_many_rows_are_decided_as_each_is_alone() -> None:
+    parents, before = {"knob": np.array([[0.7], [0.5], [0.5], [0.3]])}, {"knob": np.array([False, False, True, True])}
+    decided = make().decide_rows(np.zeros((4, 2)), parents, before)
+    np.testing.assert_array_equal(decided["knob"], [True, False, True, False])
