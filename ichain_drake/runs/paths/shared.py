@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import ChainController
@@ -141,20 +142,28 @@ class SharedSeeds:
     def run(self, ids: Collection[str]) -> Iterator[tuple[str, list[Row]]]:
         """Every seed's rows, when all of them are finished."""
         scenarios = [self._scenario(seed) for seed, name in zip(self.seeds, self.ids, strict=True) if name in ids]
-        by_seed: dict[str, list[Row]] = {f"seed {s.seed}": [] for s in scenarios}
-        paths = choose_paths(scenarios[0])
+        if not _same_paths(scenarios):
+            for scenario in scenarios:
+                yield from self._rows([scenario])
+        else:
+            yield from self._rows(scenarios)
+
+    def _rows(self, scenarios: Sequence[PathScenario]) -> Iterator[tuple[str, list[Row]]]:
+        rows: list[list[Row]] = [[] for _ in scenarios]
         with threadpool_limits(limits=1):
             for method, samples, learned in self._methods():
-                for number, (name, path) in enumerate(paths.items()):
+                for number, (name, path) in enumerate(choose_paths(scenarios[0]).items()):
+                    found: list[Found] | list[str]
                     if isinstance(learned, str):
-                        found: list[Found | str] = [learned for _ in scenarios]
+                        found = [learned for _ in scenarios]
                     elif learned is None:
-                        found = [*oracle_follow_many(scenarios, name, path, number)]
+                        found = oracle_follow_many(scenarios, name, path, number)
                     else:
-                        found = [*follow_many(scenarios, *learned, name, path, number)]
-                    for scenario, one in zip(scenarios, found, strict=True):
-                        by_seed[f"seed {scenario.seed}"].append(self._row(method, samples, scenario, name, one))
-        yield from by_seed.items()
+                        found = follow_many(scenarios, *learned, name, path, number)
+                    for of_seed, scenario, one in zip(rows, scenarios, found, strict=True):
+                        of_seed.append(self._row(method, samples, scenario, name, one))
+        for scenario, of_seed in zip(scenarios, rows, strict=True):
+            yield f"seed {scenario.seed}", of_seed
 
     def failed(self, name: str, reason: str) -> list[Row]:
         """Rows without success, one for each path and method."""
@@ -175,3 +184,15 @@ class SharedSeeds:
             reason = found if isinstance(found, str) else reason_of(found)
             return plain_row(method, samples, scenario, case, reason) | shared
         return path_row(method, samples, scenario, case, found) | shared
+
+
+def _same_paths(scenarios: Sequence[PathScenario]) -> bool:
+    """Whether all follow the same paths; one of a user's may draw them by its seed."""
+    first, limits = scenarios[0].reference_paths(), scenarios[0].path_limits()
+    return all(
+        list(paths) == list(first)
+        and all(np.array_equal(points, first[name]) for name, points in paths.items())
+        and scenario.path_limits() == limits
+        for scenario in scenarios
+        for paths in [scenario.reference_paths()]
+    )

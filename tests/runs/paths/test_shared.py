@@ -10,7 +10,7 @@ from ichain_drake.runs.clusters.workers import Workers
 from ichain_drake.runs.paths import shared
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.evaluation import VARIANTS, learn_variant, path_row
-from ichain_drake.runs.paths.following import follow
+from ichain_drake.runs.paths.following import follow, oracle_follow
 from ichain_drake.runs.paths.shared import check_shared_evaluation, evaluate_shared_paths
 from ichain_drake.systems.car_game.scenario import CarGame
 
@@ -39,6 +39,21 @@ def test_rows_are_those_of_single_runs_for_any_grouping(monkeypatch: pytest.Monk
     assert all(r["success"] for r in rows if r["method"] == "oracle")
     monkeypatch.setattr(shared, "_TOGETHER", 1)
     assert evaluate_shared_paths(game, (), 5, methods, Workers(1, "", 600.0)) == found
+
+
+class Drawn(ShortGame):
+    """Each seed has a path of its own."""
+
+    def reference_paths(self) -> Mapping[str, np.ndarray]:
+        return {name: points + [0.0, self.seed] for name, points in super().reference_paths().items()}
+
+
+def test_every_seed_follows_its_own_path() -> None:
+    rows = evaluate_shared_paths(Drawn((), "ideal", 30), (), 5, ["oracle"])["rows"]
+    other = Drawn((), "ideal", 34)
+    ((case, path),) = choose_paths(other).items()
+    single = path_row("oracle", 0, other, case, oracle_follow(other, case, path, 0))
+    assert rows[4] == single | {"demonstrations": "seed 30"}
 
 
 class Stuck(ShortGame):
