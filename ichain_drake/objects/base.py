@@ -11,7 +11,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Inpu
 
 from ichain_drake.errors import InputError
 from ichain_drake.noise import NoiseStream
-from ichain_drake.state import BoolArray, FloatArray, StateSpace
+from ichain_drake.state import FloatArray, StateSpace
 from ichain_drake.timing import FRAME
 
 ParentStates = Mapping[str, FloatArray]
@@ -175,29 +175,6 @@ class WorldObject(LeafSystem):
             The decision per parent; by default every interaction is always active (paper sec. III, chains).
         """
         return dict.fromkeys(self.parents, True)
-
-    def decide_rows(
-        self, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
-    ) -> Mapping[str, BoolArray]:
-        """`decide_active` of many runs without bodies; row by row unless a class knows better.
-
-        Args:
-            state: shape (n, n_variables).
-            parents: state of each parent, shape (n, n_parent_variables).
-            active: the previous decisions, shape (n,) each.
-
-        Returns:
-            The decisions per parent, shape (n,) each.
-        """
-        if type(self).decide_active is WorldObject.decide_active:
-            return {p: np.ones(len(state), dtype=bool) for p in self.parents}
-        rows = [
-            self.decide_active(
-                s, {p: v[i] for p, v in parents.items()}, {p: bool(v[i]) for p, v in active.items()}, None
-            )
-            for i, s in enumerate(state)
-        ]
-        return {p: np.array([row[p] for row in rows], dtype=bool) for p in self.parents}
 
     def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
         """What holds at the instant t itself, once the modes of t are decided: the pose of a held object, for instance.

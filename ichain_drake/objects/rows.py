@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -29,6 +29,38 @@ class _Numbers(np.ndarray):
             return np.array(self) ** exponent
         powers = [number**exponent for number in self.ravel()]
         return np.array(powers, dtype=float).reshape(self.shape).view(_Numbers)
+
+
+@runtime_checkable
+class DecidesRows(Protocol):
+    """An object that knows how to decide for many runs at once; any other decides row by row."""
+
+    def decide_rows(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
+    ) -> Mapping[str, BoolArray]:
+        """`WorldObject.decide_active` of many runs without bodies.
+
+        Args:
+            state: shape (n, n_variables).
+            parents: state of each parent, shape (n, n_parent_variables).
+            active: the previous decisions, shape (n,) each.
+
+        Returns:
+            The decisions per parent, shape (n,) each.
+        """
+
+
+def decide_rows(
+    system: WorldObject, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
+) -> Mapping[str, BoolArray]:
+    """See `DecidesRows`; for any object."""
+    if isinstance(system, DecidesRows):
+        return system.decide_rows(state, parents, active)
+    rows = [
+        system.decide_active(s, _row(parents, i), {p: bool(v[i]) for p, v in active.items()}, None)
+        for i, s in enumerate(state)
+    ]
+    return {p: np.array([row[p] for row in rows], dtype=bool) for p in parents}
 
 
 class ObjectRows:
@@ -60,9 +92,11 @@ class ObjectRows:
 
     def decide(self, state: FloatArray, parents: ParentStates, active: FloatArray) -> FloatArray:
         """Which incoming interactions are active, shape (n, n_parents), from before."""
+        if type(self._object).decide_active is WorldObject.decide_active:
+            return np.ones(active.shape)
         before = {p: active[:, k] > 0.5 for k, p in enumerate(self._object.parents)}
         told = {p: parents[p] for p in self._object.parents}
-        after = self._object.decide_rows(state, told, before)
+        after = decide_rows(self._object, state, told, before)
         return np.stack([after[p] for p in self._object.parents], axis=1).astype(float)
 
     def step(self, state: FloatArray, parents: ParentStates, active: FloatArray, frame: int) -> FloatArray:

@@ -65,5 +65,5 @@ class KnobControl(WorldObject, Generic[MountT]):
     def decide_rows(
         self, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
     ) -> Mapping[str, BoolArray]:
-        """See `WorldObject`."""
+        """See `DecidesRows`."""
         return {self._hand: np.all(parents[self._hand][:, self._grip] > 0.5, axis=1)}
