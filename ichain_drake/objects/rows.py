@@ -84,6 +84,7 @@ class ObjectRows:
         self._object, self._each = first, list(objects)
         self._process = NoiseRows([o._process_noise for o in objects])
         self._sensor = NoiseRows([o._sensor_noise for o in objects])
+        self._view: type[np.ndarray] = _Numbers
 
     @property
     def immediate(self) -> bool:
@@ -110,20 +111,25 @@ class ObjectRows:
         noise = self._process.at(frame) * self._object.settings.noise_scale
         told = {p: parents[p] for p in self._object.parents}
         on = dict(zip(told, active.T, strict=True))
-        many = {p: v.view(_Numbers) for p, v in told.items()}
-        modes = {p: v.view(_Numbers) for p, v in on.items()}
-        after = np.asarray(self._object.step(state.view(_Numbers), many, modes, noise.view(_Numbers), FRAME))
-        name = self._object.get_name()
-        if after.shape != state.shape or after.dtype != float:
-            raise NotTogetherError(f"{name}: step gives no states of many rows")
-        if not np.abs(after).max(initial=0.0) <= _LARGEST:
-            raise NotTogetherError(f"{name}: step gives what is no state")
+        after = self._stepped(state, told, on, noise)
         if frame < FRAMES_PER_TICK:
-            for i, own in enumerate(self._each):
-                alone = own.step(state[i], _row(told, i), _row(on, i), noise[i], FRAME)
-                if not np.array_equal(alone, after[i]):
-                    raise NotTogetherError(f"{name}: step gives other bits for many rows than for one")
-        return after.copy()
+            rows = zip(self._each, state, noise, strict=True)
+            alone = [o.step(s, _row(told, i), _row(on, i), n, FRAME) for i, (o, s, n) in enumerate(rows)]
+            if not np.array_equal(alone, after):  # an object may take its state apart into arrays, not into numbers
+                self._view = np.ndarray
+                after = self._stepped(state, told, on, noise)
+            if not np.array_equal(alone, after):
+                raise NotTogetherError(f"{self._object.get_name()}: step gives other bits for many rows than for one")
+        return after
+
+    def _stepped(self, state: FloatArray, parents: ParentStates, on: ParentStates, noise: FloatArray) -> FloatArray:
+        many = {p: v.view(self._view) for p, v in parents.items()}
+        modes = {p: v.view(self._view) for p, v in on.items()}
+        after = self._object.step(state.view(self._view), many, modes, noise.view(self._view), FRAME)
+        after = np.array(after, dtype=float)
+        if after.shape != state.shape or not np.abs(after).max(initial=0.0) <= _LARGEST:
+            raise NotTogetherError(f"{self._object.get_name()}: step gives what are no states of many rows")
+        return after
 
     def measure(self, state: FloatArray, frame: int) -> FloatArray:
         """What the sensors read, shape (n, n_observable)."""
