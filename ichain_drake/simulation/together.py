@@ -97,8 +97,8 @@ class _Logs:
                 self.states[name][runs, begin + k] = state
 
     def of(self, run: int) -> EpisodeLog:
-        """The log of one run."""
+        """The log of one run: views, for copies of many long runs would take as much memory again."""
         rows = slice(self._last[run] + 1)
-        states = {name: state[run, rows].copy() for name, state in self.states.items()}
+        states = {name: state[run, rows] for name, state in self.states.items()}
         times = np.arange(self._last[run] + 1) * FRAME
-        return EpisodeLog(times, states, {}, {}, self._command[run, rows].copy())
+        return EpisodeLog(times, states, {}, {}, self._command[run, rows])
