@@ -9,6 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from ichain_drake.noise import NoiseStream
 from ichain_drake.robot.hand import HandSpec
+from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME
 
 
@@ -27,7 +28,7 @@ class HandMeasurement(LeafSystem):
         std = spec.noise_vector()
         self._noisy = np.flatnonzero(std)
         self._std = std[self._noisy]
-        self._noise = NoiseStream(seed, object_id, "measurement", tuple(int(spec.indices[i]) for i in self._noisy))
+        self.noise = NoiseStream(seed, object_id, "measurement", tuple(int(spec.indices[i]) for i in self._noisy))
         self._state = self.DeclareVectorInputPort("state", n)
         tickets = {self._state.ticket()}
         if len(self._noisy):
@@ -43,11 +44,21 @@ class HandMeasurement(LeafSystem):
             context.SetDiscreteState([math.ceil(context.get_time() / FRAME - 1e-6)])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        value = self._state.Eval(context).copy()
+        value = self._state.Eval(context)
+        frame = int(context.get_discrete_state_vector().value()[0]) if len(self._noisy) else 0
+        output.SetFromVector(self.read(value, self.noise.at(frame)))
+
+    def read(self, state: FloatArray, noise: FloatArray) -> FloatArray:
+        """What the sensors give, shape (..., n).
+
+        Args:
+            state: shape (..., n).
+            noise: standard normal, of the variables that are read with any, shape (..., n_noisy).
+        """
+        value = state.copy()
         if len(self._noisy):
-            frame = int(context.get_discrete_state_vector().value()[0])
-            value[self._noisy] += self._std * self._noise.at(frame)
-        output.SetFromVector(value)
+            value[..., self._noisy] += self._std * noise
+        return value
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         discrete.set_value([context.get_discrete_state_vector().value()[0] + 1.0])
