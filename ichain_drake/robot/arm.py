@@ -93,7 +93,7 @@ class ArmRobot(Diagram):
         add("motion", self.motion)
         n, fingers = self.kinematics.size, len(self._robot.fingers)
         self.playout = add("playout", Playout(n, fingers, self.motion.steps, step, np.r_[joints, grip[int(closed)]]))
-        sensor = add("hand_sensor", HandSensor(spec.hand, self.kinematics))
+        self._sensor = sensor = add("hand_sensor", HandSensor(spec.hand, self.kinematics))
         self.measurement = add("measurement", HandMeasurement(spec.hand, seed, object_id))
         positions = add("positions", Demultiplexer([self.plant.num_positions(), self.plant.num_velocities()]))
 
@@ -134,6 +134,13 @@ class ArmRobot(Diagram):
     def body_size(self, name: str) -> int:
         """Length of `<object>_body`."""
         return self.plant.num_multibody_states(self._robot.bodies[name])
+
+    def states(self, setpoints: FloatArray, positions: FloatArray) -> FloatArray:
+        """What `state` was, shape (n, n_exposed), from `setpoint` (n, 7) and `plant_positions` (n, n_q) of the time."""
+        arm, plant = self._robot.arm, self.plant
+        joints = [plant.GetPositionsFromArray(arm, row) for row in positions]
+        rows = [self._sensor.state(*of) for of in zip(joints, setpoints, strict=True)]
+        return np.array(rows).reshape(len(rows), len(self.space))
 
     def set_hand(self, root_context: Context, full: ArrayLike) -> None:
         """Put arm, fingers, set-point and inverse kinematics at a hand state, at rest.

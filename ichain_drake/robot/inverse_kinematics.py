@@ -87,7 +87,8 @@ class InverseKinematics(HandMotion):
         n = kinematics.size
         self._n, self.width = n, n + grip_positions.shape[1]
         self._weights = _interpolation(ratio, self.steps)
-        self._dither = _alternation(self.steps)
+        dither = _alternation(self.steps)
+        self._dithers = (-dither, dither)  # of even and odd frames
         self.rows = (self.steps + 1) * self.width
 
         # Whether a plan is due; frames begun (their parity counts); frames of the tick that are still to be played.
@@ -147,14 +148,14 @@ class InverseKinematics(HandMotion):
                 rows[:, :n] = joints
             else:
                 path, speed = self._kinematics.follow(joints, self._targets(setpoint, points[place]), self._period)
-                rows[:, :n] = self._weights @ np.stack([joints, *path])
+                rows[:, :n] = self._weights @ np.array([joints, *path])
                 joints = path[-1]
             if points[place, GRIP] > 0.5:
-                fingers = held[n:]
-                rows[:, n:] = fingers + np.clip(self._grip[1] - fingers, -self._grip_reach, self._grip_reach)
+                fingers, reach = held[n:], self._grip_reach
+                rows[:, n:] = fingers + np.minimum(np.maximum(self._grip[1] - fingers, -reach), reach)
             else:  # it strikes nothing
                 rows[:, n:] = self._grip[0]
-            rows[:, :n] += self._dither if (parity + place - over) % 2 else -self._dither
+            rows[:, :n] += self._dithers[(parity + place - over) % 2]
             rows -= held
             held = held + rows[-1]  # the sum that the playout makes, so that both agree to the last bit
             setpoint, rested = points[place], float(still)

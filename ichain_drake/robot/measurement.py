@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from ichain_drake.noise import NoiseStream
 from ichain_drake.robot.hand import HandSpec
+from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME
 
 
@@ -45,9 +47,23 @@ class HandMeasurement(LeafSystem):
     def _calc(self, context: Context, output: BasicVector) -> None:
         value = self._state.Eval(context).copy()
         if len(self._noisy):
-            frame = int(context.get_discrete_state_vector().value()[0])
-            value[self._noisy] += self._std * self._noise.at(frame)
+            self._disturb(value, int(context.get_discrete_state_vector().value()[0]))
         output.SetFromVector(value)
+
+    def _disturb(self, value: FloatArray, frame: int) -> None:
+        value[self._noisy] += self._std * self._noise.at(frame)
+
+    def readings(self, states: FloatArray, frames: Sequence[int]) -> FloatArray:
+        """What `measured` showed at some frames of a run, to the last bit.
+
+        Args:
+            states: the hand's at these frames, shape (n, n_exposed).
+            frames: their numbers from the start of the run.
+        """
+        values = states.copy()
+        for value, frame in zip(values, frames, strict=True):
+            self._disturb(value, frame)
+        return values
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         discrete.set_value([context.get_discrete_state_vector().value()[0] + 1.0])
