@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.geometry import QueryObject
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
-from pydrake.systems.primitives import Demultiplexer
+from pydrake.systems.primitives import Demultiplexer, ZeroOrderHold
 
 from ichain_drake.robot.hand import GRIP, HAND
-from ichain_drake.robot.inverse_kinematics import InverseKinematics
+from ichain_drake.robot.inverse_kinematics import FRAME_MARK, InverseKinematics
 from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.measurement import HandMeasurement
 from ichain_drake.robot.plant import add_robot_plant, control_plant
@@ -19,6 +19,7 @@ from ichain_drake.robot.playout import Playout
 from ichain_drake.robot.sensors import HandSensor, TouchSensor
 from ichain_drake.robot.spec import BodySpec, RobotSpec
 from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.timing import FRAME
 
 # Fingers count as touching at this distance [m].
 _TOUCH = 1e-5
@@ -98,6 +99,9 @@ class ArmRobot(Diagram):
         positions = add("positions", Demultiplexer([self.plant.num_positions(), self.plant.num_velocities()]))
 
         connect, plant, arm = builder.Connect, self.plant, self._robot.arm
+        frames = add("frames", ZeroOrderHold(FRAME, FRAME_MARK))  # holds what it holds; its update is what matters
+        connect(frames.get_output_port(), frames.get_input_port())
+        connect(frames.get_output_port(), self.motion.GetInputPort("frame"))
         connect(self.motion.GetOutputPort("joint_plan"), self.playout.get_input_port())
         desired = add("desired", Demultiplexer([2 * size for size in (n, fingers) if size]))
         connect(self.playout.get_output_port(), desired.get_input_port())

@@ -106,10 +106,10 @@ class HandMotion(LeafSystem):
         return points
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        frame = self.frame(context)
+        frame = int(discrete.value(self._frame_index)[0])
         place = frame % FRAMES_PER_TICK
         if place:
-            points = context.get_discrete_state(self._tick_index).value()
+            points = discrete.value(self._tick_index)
         else:
             points = self._plan.Eval(context)
             discrete.set_value(self._tick_index, points)

@@ -82,9 +82,11 @@ class KernelSum(FrozenModel):
 
     def features(self, z: FloatArray) -> FloatArray:
         """Values of all bumps, (n, n_in) -> (n_blocks, n, n_centres)."""
-        u = np.ones((len(z), 2 * self.n_in + 1))
-        np.subtract(z, self._middle, out=u[:, : self.n_in])
-        np.square(u[:, : self.n_in], out=u[:, self.n_in : -1])
+        d = self.n_in
+        u = np.empty((len(z), 2 * d + 1))
+        centred = np.subtract(z, self._middle, out=u[:, :d])
+        np.square(centred, out=u[:, d:-1])
+        u[:, -1] = 1.0
         phi = u @ self._tables
         return np.exp(phi, out=phi)
 
@@ -120,7 +122,7 @@ class KernelSum(FrozenModel):
     def _weighed(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n, n_out), and what each bump adds to them, (n_out, n, n_centres)."""
         phi = self.features(z) * self.weights[:, None, :]
-        return np.add(phi.sum(axis=2).T, self.offset, out=np.empty((len(z), self.n_out))), phi
+        return np.add(np.add.reduce(phi, axis=2).T, self.offset, out=np.empty((len(z), self.n_out))), phi
 
     def _slopes_of(self, notes: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
         """Jacobians (k, n, n_out, n_in) from inputs and what each bump adds there, k times."""
