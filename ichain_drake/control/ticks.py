@@ -41,7 +41,8 @@ class TickSystem(LeafSystem):
         """
 
     def _on_event(self, context: Context, state: State) -> None:
-        frame = int(context.get_discrete_state(self._frame).value()[0])
-        state.get_mutable_discrete_state().set_value(self._frame, [frame + _EVENT_FRAMES])
+        count = state.get_mutable_discrete_state().get_mutable_value(self._frame)
+        frame = int(count[0])
+        count[0] += _EVENT_FRAMES
         if frame % FRAMES_PER_TICK == 0:
             self.decide(context, state, frame // FRAMES_PER_TICK)

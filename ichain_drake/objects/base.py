@@ -285,23 +285,25 @@ class WorldObject(LeafSystem):
             plant_values = value[self._plant]
             value = np.array(self.settle(value, parents, modes), dtype=float)
             value[self._plant] = plant_values
-        discrete.set_value(self._active, [float(modes[p]) for p in self.parents])
+        flags = discrete.get_mutable_value(self._active)
+        for i, parent in enumerate(self.parents):
+            flags[i] = modes[parent]
         if self.immediate or self._settles or len(self._plant):
             discrete.set_value(self._state, value)
 
     def _advance(self, context: Context, discrete: DiscreteValues) -> None:
-        frame, touch = discrete.value(self._clock).tolist()  # what is not set yet is as it is in the context
+        clock = discrete.get_mutable_value(self._clock)  # what is not set yet is as it is in the context
         if not self.immediate:
             value = discrete.value(self._state)
             parents = _ParentPorts(self._parent_ports, context)
-            stepped = self._step_once(context, int(frame), value, parents, self._modes(discrete))
+            stepped = self._step_once(context, int(clock[0]), value, parents, self._modes(discrete))
             if len(self._plant):
                 stepped[self._plant] = value[self._plant]
             discrete.set_value(self._state, stepped)
         if self.settings.body_size:
             # Read here, where the plant's own update at this instant needs the same contact solution anyway.
-            touch = self._touch_port.Eval(context)[0]
-        discrete.set_value(self._clock, [frame + 1.0, touch])
+            clock[1] = self._touch_port.Eval(context)[0]
+        clock[0] += 1.0
         if self.settings.dropouts:
             discrete.set_value(self._held, self.GetOutputPort("measured").Eval(context))
 

@@ -181,14 +181,16 @@ class InverseKinematics(HandMotion):
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         super()._update(context, discrete)
-        frame, left = discrete.value(self._mode).tolist()
+        mode = discrete.get_mutable_value(self._mode)
+        left = mode[1]
         if not left:
             tick = self._tick.Eval(context)
             size = len(tick) - FRAMES_PER_TICK * self.rows
             discrete.set_value(self._end, tick[:size])
             discrete.set_value(self._frames, tick[size:])
             left = FRAMES_PER_TICK - self.frame(context) % FRAMES_PER_TICK
-        discrete.set_value(self._mode, [frame + 1.0, left - 1.0])
+        mode[0] += 1.0
+        mode[1] = left - 1.0
 
 
 def _interpolation(periods: int, steps: int) -> FloatArray:

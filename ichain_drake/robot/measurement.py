@@ -66,4 +66,4 @@ class HandMeasurement(LeafSystem):
         return values
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        discrete.set_value([context.get_discrete_state_vector().value()[0] + 1.0])
+        discrete.get_mutable_value()[0] += 1.0

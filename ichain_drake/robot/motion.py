@@ -106,15 +106,15 @@ class HandMotion(LeafSystem):
         return points
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        frame = int(discrete.value(self._frame_index)[0])
-        place = frame % FRAMES_PER_TICK
+        frame = discrete.get_mutable_value(self._frame_index)
+        place = int(frame[0]) % FRAMES_PER_TICK
         if place:
             points = discrete.value(self._tick_index)
         else:
             points = self._plan.Eval(context)
             discrete.set_value(self._tick_index, points)
         discrete.set_value(self._setpoint_index, points[_N * place : _N * (place + 1)])
-        discrete.set_value(self._frame_index, [frame + 1.0])
+        frame[0] += 1.0
 
 
 def _held(full: FloatArray) -> FloatArray:
