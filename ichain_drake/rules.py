@@ -58,6 +58,7 @@ RULES: dict[str, Rule] = {rule.name: rule for rule in _EVERY}
 """All rules by name, planning first."""
 
 _OFF: ContextVar[frozenset[str]] = ContextVar("rules_switched_off", default=frozenset())
+_ASKED: ContextVar[set[str] | None] = ContextVar("rules_asked_for", default=None)
 
 
 def enabled(name: str) -> bool:
@@ -66,6 +67,8 @@ def enabled(name: str) -> bool:
     Raises:
         KeyError: if no rule has the name: a mistake in this package, not of its user.
     """
+    if (asked := _ASKED.get()) is not None:
+        asked.add(name)
     return RULES[name].name not in _OFF.get()
 
 
@@ -103,3 +106,14 @@ def without(names: Collection[str]) -> Iterator[None]:
         yield
     finally:
         _OFF.reset(token)
+
+
+@contextmanager
+def noted() -> Iterator[set[str]]:
+    """Names of the rules that are asked for inside a `with`: what is done there is the same without the others."""
+    asked: set[str] = set()
+    token = _ASKED.set(asked)
+    try:
+        yield asked
+    finally:
+        _ASKED.reset(token)

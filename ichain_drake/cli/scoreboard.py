@@ -22,6 +22,7 @@ _FILE = Path("runs") / "scoreboard.json"
 @click.option("--also", metavar="FILE.py", multiple=True, help="a system of your own, beside those that come along")
 @click.option("--against", type=PATH, metavar="FILE", help="an earlier report: what became better or worse")
 @options("resume", "without")
+@click.option("--ablate", is_flag=True, help="run rows with a goal also without each rule: which needs which")
 @click.option("--rules", "list_rules", is_flag=True, help="list the rules that --without can switch off")
 @click.option("--report", metavar="FILE", default=str(_FILE), show_default=True, help="as JSON; - for stdout")
 def scoreboard(
@@ -36,6 +37,7 @@ def scoreboard(
     against: Path | None,
     resume: bool,
     without: tuple[str, ...],
+    ablate: bool,
     list_rules: bool,
     report: str,
 ) -> int:
@@ -48,6 +50,7 @@ def scoreboard(
     from ichain_drake.errors import InputError
     from ichain_drake.runs.clusters.workers import Workers
     from ichain_drake.runs.provenance import code_hash
+    from ichain_drake.runs.scoreboard.ablation import with_ablations
     from ichain_drake.runs.scoreboard.against import read_scoreboard
     from ichain_drake.runs.scoreboard.cases import FIRST_SEED, QUICK, WHOLE, all_cases
     from ichain_drake.systems.own import own_scenario
@@ -62,11 +65,14 @@ def scoreboard(
         raise InputError(f"--seed {seed}: give a whole number from 0")
     earlier = None if against is None else read_scoreboard(against)
     cases, skipped = all_cases(QUICK if quick else WHOLE, also, only, trials)
+    if ablate:
+        cases = with_ablations(cases, [name for name in rules.RULES if name not in without])
     about = {
         "quick": quick,
         "first_seed": FIRST_SEED if seed is None else seed,
         "also": list(also),
         "without": sorted(set(without)),
+        "ablate": ablate,
         "code": code_hash([own_scenario(name) for name in also]),
     }
     with rules.without(without):
@@ -104,7 +110,8 @@ def _measure(
     rows = RowFile(rows_beside(_FILE if report == "-" else Path(report)), {**about, **versions()}, resume=resume)
     stopped: EvaluationInterrupted | WorkerLostError | None = None
     with Reporter() as say:
-        say(f"{len(cases)} rows, {sum(case.trials for case in cases)} trials; kept in {rows.file}")
+        rows_said = f"{sum(not case.without for case in cases)} rows"
+        say(f"{rows_said}, {sum(case.trials for case in cases)} trials; kept in {rows.file}")
         try:
             found = run_scoreboard(cases, about["first_seed"], workers, rows, say)
         except (EvaluationInterrupted, WorkerLostError) as interruption:
@@ -152,6 +159,30 @@ def format_scoreboard(document: Mapping[str, Any]) -> str:
         "also: of the failures those that fail without the fault, too; "
         "silent: failures that ended as if reached;\nerror: mean distance to the path, or by how much the goal was "
         "missed, as a share of the demonstrated range;\ntimes: medians, learning and planning of the processor"
+    )
+    return table_text(view, note) + ("\n\n" + format_ablation(document["ablation"]) if document["ablation"] else "")
+
+
+def format_ablation(lines: Sequence[Mapping[str, Any]]) -> str:
+    """What each rule is worth, as text.
+
+    Args:
+        lines: from `rule_lines`.
+    """
+    from rich.table import Table
+
+    from ichain_drake.cli.evaluation import table_text
+
+    columns = ("pairs", "differ", "lost", "won", "p", "silent", "steps", "replans", "rows that need it")
+    view = Table("without", *columns, box=None, padding=(0, 1))
+    for line in lines:
+        view.add_row(
+            line["rule"], *(str(line[key]) for key in ("pairs", "differ", "lost", "won")), f"{line['p']:.2g}",
+            f"{line['silent']:+d}", _figure(line["steps"], 3), f"{line['replans']:+.2f}", ", ".join(line["need"]),
+        )  # fmt: skip
+    note = (
+        "pairs: the same trial with all rules and without this one; lost: reached with it alone; won: without it "
+        "alone; p: exact sign test;\nsilent, replans: more without it; steps: ratio where both reached"
     )
     return table_text(view, note)
 

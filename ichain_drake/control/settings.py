@@ -69,7 +69,7 @@ class ExecutionSettings:
 
     Attributes:
         readings: averaged where one look was not enough.
-        corrected: ticks after which a carried object is looked at anew.
+        corrected: over which it is seen whether an interaction is active, and after which what it carries is looked at.
         shortest: ticks over which it is seen whether something goes along, at least.
         noise_rows: newest readings that the noise of a run is estimated by.
         ahead: of a range: a demonstrated pose beyond what was planned is one from here on.
@@ -104,7 +104,7 @@ class TrackingSettings:
         search: how far ahead on a path the nearest point is looked for.
         nearest: between errors whose likeness tells a lasting one.
         furthest: the same at most.
-        band: of a speed, within which a transition counts as of that speed.
+        band: of a speed, within which a transition counts as of that speed; so much longer a run may take.
         quantile: of the turns that were shown: the sharpest few are noise.
         smoothing: over which a demonstrated trajectory is averaged to follow it in validation.
         slowest: of nominal speed: a path that has to be taken slower is too sharp to tell methods apart.

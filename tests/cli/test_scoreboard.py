@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from interrupting import STATUS, errors, interrupt
 
+from ichain_drake.rules import RULES
+
 ROOT = Path(__file__).parents[2]
 BATH = str(ROOT / "examples" / "own_system" / "bath.py")
 SEED = 30_000  # of a board on which every trial succeeds; how many do on others is for the scoreboard itself to say
@@ -116,9 +118,21 @@ def test_wrong_options_are_refused_before_any_work(options, message, ichain):
     assert done.err.count("\n") == 1
 
 
-def test_rules_are_listed(ichain):
-    from ichain_drake.rules import RULES
+def test_rows_without_each_rule_stand_below_the_table(tmp_path, ichain):
+    off = [name for name in RULES if name not in ("deviation", "detour")]
+    options = [x for name in off for x in ("--without", name)]
+    report = tmp_path / "rules.json"
+    only = ["--only", "bath/goal/ideal/none", "--trials", "1", "--ablate", *options, "--report", str(report)]
+    done = ichain("scoreboard", "--also", BATH, "--seed", str(SEED), *only)
+    assert done.status == 0, done.err
+    assert "rows that need it" in done.out
+    found = json.loads(report.read_text())
+    assert [line["rule"] for line in found["ablation"]] == ["deviation", "detour"]
+    assert [(line["pairs"], line["lost"]) for line in found["ablation"]] == [(1, 0)] * 2
+    assert [line["runs"] for line in found["table"]] == [1]
 
+
+def test_rules_are_listed(ichain):
     done = ichain("scoreboard", "--rules")
     assert done.status == 0
     assert all(name in done.out for name in RULES)

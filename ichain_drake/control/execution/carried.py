@@ -10,6 +10,7 @@ import numpy as np
 from ichain_drake.control.execution.following import pose_of
 from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.plan import States
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
@@ -111,4 +112,4 @@ def _moved(model: InteractionModel, obj: str, was: FloatArray, now: FloatArray) 
     space = model.graph.objects[obj].observable
     off = np.abs(space.difference(now, was))
     pose = sorted(pose_of(space))
-    return bool((off > np.maximum(LEARNING.near * span(model, obj), 5.0 * model.noise[obj]))[pose].any())
+    return bool((off > np.maximum(LEARNING.near * span(model, obj), PLANNING.noises * model.noise[obj]))[pose].any())

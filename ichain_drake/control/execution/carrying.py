@@ -13,7 +13,7 @@ from ichain_drake.control.execution.following import goes_along
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.slope import led
-from ichain_drake.control.settings import EXECUTION
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
@@ -45,7 +45,7 @@ class CarryTask(Task):
         index = np.array(sorted(self.target), dtype=np.intp)
         goal = np.array([self.target[int(i)] for i in index])
         limit = np.maximum(model.step_limit[child][index], 1e-9)
-        tolerance = np.maximum(3.0 * model.noise[child][index], 0.02 * limit)
+        tolerance = np.maximum(LEARNING.clear * model.noise[child][index], PLANNING.same * limit)
         self.ticks += 1
         if view.monitors:
             lost = self._lost(view)
@@ -60,12 +60,12 @@ class CarryTask(Task):
             now = view.averaged(1)
         error = self._error(space, goal, now[child], index)
         size = float(np.max(np.abs(error) / tolerance))
-        if size < self.best - 0.2 or view.stopped:  # what is in the way is found out bit by bit
+        if size < self.best - PLANNING.hardly or view.stopped:  # what is in the way is found out bit by bit
             self.best, self.since = size, self.ticks
         averaged = self.still == 0 and self.looked
         if size <= 1.0 and averaged:
             return DONE
-        if self.ticks - self.since > 24:
+        if self.ticks - self.since > PLANNING.retake:
             if size <= 3.0 or not view.monitors:
                 return DONE
             worst = int(index[np.argmax(np.abs(error) / tolerance)])

@@ -12,7 +12,7 @@ from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Tas
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.travel import jumping
-from ichain_drake.control.settings import EXECUTION
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
@@ -78,11 +78,11 @@ class DriveTask(Task):
         now = view.averaged(2)
         self.inactive.append(tuple(not view.holds(e) for e in chain))
         if view.monitors:
-            recent = np.array(self.inactive[-5:])
-            if len(recent) == 5 and recent[:, 0].sum() >= 4:
+            recent = np.array(self.inactive[-EXECUTION.corrected :]).mean(axis=0)
+            if len(self.inactive) >= EXECUTION.corrected and recent[0] >= LEARNING.kept:
                 return Failed(chain[0], "lost", f"{chain[0].name} became inactive while it drove {target}.{name}")
-            if len(self.inactive) in (6, 7) and (recent.mean(axis=0) >= 0.8).any():
-                edge = chain[int(np.argmax(recent.mean(axis=0)))]
+            if 0 <= len(self.inactive) - PLANNING.probe <= 1 and (recent >= LEARNING.kept).any():
+                edge = chain[int(np.argmax(recent))]
                 if not self._moves(model, i, direction):
                     if self._further(view):
                         return view.command.copy()
@@ -90,10 +90,11 @@ class DriveTask(Task):
         if self._over(view, i, direction, value):
             short = direction * (value - now[target][i])
             width = model.high[target][i] - model.low[target][i]
-            if view.monitors and short > max(0.1 * width, 4.0 * model.noise[target][i]) and self._carry_further(view):
+            much = max(EXECUTION.value * width, LEARNING.surely * model.noise[target][i])
+            if view.monitors and short > much and self._carry_further(view):
                 return view.command.copy()
             return DONE
-        if len(self.history) > 2 * step.ticks + 40:
+        if len(self.history) > 2 * (step.ticks + PLANNING.retake):
             if not view.monitors:
                 return DONE
             return Failed(chain[-1], "drive", f"{target}.{name} is at {now[target][i]:.3g}, not yet at {value:.3g}")
@@ -119,7 +120,7 @@ class DriveTask(Task):
         width = np.maximum(model.high[edge.child] - model.low[edge.child], 1e-9)[driven]
         score = (toward * values / width).sum(axis=1)
         space = model.graph.objects[edge.parent].observable
-        most_of, frames = np.flatnonzero(on)[score >= score.max() - 0.01], Frames(model)
+        most_of, frames = np.flatnonzero(on)[score >= score.max() - PLANNING.same], Frames(model)
         root = samples[edge.parent][most_of]
         if frames.is_relative(edge):
             then, child = samples[edge.child][most_of], view.averaged()[edge.child]
@@ -157,7 +158,7 @@ class DriveTask(Task):
         away = (poses - wanted) / width
         ahead = away @ (way / length)
         aside = np.linalg.norm(away - ahead[:, None] * (way / length), axis=1)
-        best = int(np.argmax(ahead - 0.5 * aside))
+        best = int(np.argmax(ahead - aside))
         if ahead[best] < EXECUTION.ahead:
             return False
         target = dict(zip(index, (float(x) for x in poses[best]), strict=True))
@@ -170,7 +171,7 @@ class DriveTask(Task):
         noise = model.noise[self.step.chain[-1].child][i]
         values = np.array(self.history)[:, i]
         half = len(values) // 2
-        return bool(direction * (values[half:].mean() - values[:half].mean()) > 2.0 * noise)
+        return bool(direction * (values[half:].mean() - values[:half].mean()) > LEARNING.sure * noise)
 
     def _over(self, view: View, i: int, direction: int, value: float) -> bool:
         """All variables that the drive should change are where they should be, or have stopped changing."""
@@ -180,13 +181,13 @@ class DriveTask(Task):
         noise = model.noise[target]
         seen, few = np.array(self.history), LEARNING.ticks
         start, now = seen[:2].mean(axis=0), seen[-few:].mean(axis=0)
-        if len(seen) < 4:
+        if len(seen) < LEARNING.look:
             return False
         if len(seen) >= 2 * few:  # a mean is as old as its middle; what is decided now begins to act in a tick
             rate = (now[i] - seen[-2 * few : -few, i].mean()) / few
             now[i] += (0.5 * (few - 1) + 1.0) * direction * max(0.0, direction * rate)
         beyond = direction * (now[i] - value)
-        if beyond > max(3.0 * noise[i], 0.03 * abs(value - start[i])):
+        if beyond > max(LEARNING.clear * noise[i], EXECUTION.ahead * abs(value - start[i])):
             return True  # whatever the others do
         missing = self._missing(model, start, now)
         return all(self._stalled(seen[:, k], float(noise[k]), sign, change) for k, sign, change in missing)
@@ -204,10 +205,12 @@ class DriveTask(Task):
         out = []
         for k in range(len(wanted)):
             change = float(wanted[k] - start[k])
-            if k != i and (kinds[k].kind != "hold" or abs(change) < max(5 * noise[k], 0.05 * width[k])):
+            least = max(PLANNING.noises * noise[k], LEARNING.near * width[k])
+            if k != i and (kinds[k].kind != "hold" or abs(change) < least):
                 continue
             sign = float(direction if k == i else np.sign(change))
-            slack = max(1.2 * noise[k], 0.005 * width[k]) if k == i else 0.1 * abs(change)
+            there = max(EXECUTION.slack_noises * noise[k], EXECUTION.slack * width[k])
+            slack = there if k == i else EXECUTION.value * abs(change)
             if sign * (now[k] - wanted[k]) < -slack:
                 out.append((k, sign, abs(change)))
         return out
@@ -230,12 +233,14 @@ class DriveTask(Task):
         return self.finished
 
     def _stalled(self, values: FloatArray, noise: float, sign: float, change: float) -> bool:
-        """Whether a variable has stopped: compared over windows as long as its noise asks for."""
+        """Whether a variable has stopped: over windows so long that what it should do would be seen surely."""
         if not enabled("stalled"):
             return False
         assert self.step is not None
         rate = max(change / max(self.step.ticks, 1), 1e-9)
-        w = int(np.clip(np.ceil((6.0 * noise / rate) ** (2.0 / 3.0)), 6, 40))
+        # Means of two windows of w readings differ by chance by noise * sqrt(2 / w), by the rate by rate * w.
+        enough = np.ceil((LEARNING.surely * np.sqrt(2.0) * noise / rate) ** (2.0 / 3.0))
+        w = int(np.clip(enough, PLANNING.probe, 2 * PLANNING.retake))
         if len(values) < 2 * w + 2:
             return False
-        return bool(sign * (values[-w:].mean() - values[-2 * w : -w].mean()) < 0.3 * rate * w)
+        return bool(sign * (values[-w:].mean() - values[-2 * w : -w].mean()) < LEARNING.slight * rate * w)

@@ -92,7 +92,9 @@ def deviation(model: InteractionModel, step: PlanStep, now: States) -> str:
             if dynamics.variables[i].kind != "hold" or v.kind in ("binary", "integer"):
                 continue
             pose = v.role is not None and v.role.kind in ("position", "orientation")
-            allowed = max((LEARNING.near if pose else EXECUTION.value) * width[i], 4.0 * model.noise[name][i])
+            allowed = max(
+                (LEARNING.near if pose else EXECUTION.value) * width[i], LEARNING.surely * model.noise[name][i]
+            )
             if off[i] > allowed:
                 return (
                     f"{name}.{v.name} is {now[name][i]:.3g} where {step.predicted[name][i]:.3g} was predicted "

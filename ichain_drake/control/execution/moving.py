@@ -66,7 +66,7 @@ class Moving(Task):
         self.looks = 0
         if rest < self.best - slack:
             self.best, self.since = rest, self.ticks
-        if self.ticks > 2 * step.ticks + 40 or self.ticks - self.since > 2 * PLANNING.retake:
+        if self.ticks > 2 * (step.ticks + PLANNING.retake) or self.ticks - self.since > 2 * PLANNING.retake:
             return self._short(view, f"{target}.{name} is at {now[target][i]:.3g}, not yet at {value:.3g}")
         return self._move(view, now, rest)
 

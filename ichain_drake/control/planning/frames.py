@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.effects.alignment import apart, frame_turns, heading_of
 from ichain_drake.learning.model import InteractionModel
@@ -160,7 +161,7 @@ class Frames:
             return np.ones(states.shape[:-1], dtype=bool)
         places = self._spaces[obj].role_indices("position")
         low, high = self._model.low[obj][places], self._model.high[obj][places]
-        room, place = LEARNING.slight * LEARNING.near * (high - low), states[..., places]
+        room, place = PLANNING.same * (high - low), states[..., places]
         return np.asarray(((place >= low - room) & (place <= high + room)).all(axis=-1))
 
     def _between(self, obj: str, by: str) -> Any:

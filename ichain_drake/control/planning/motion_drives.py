@@ -12,7 +12,7 @@ from ichain_drake.control.planning.model import Batch, is_change, keeps, row, sp
 from ichain_drake.control.planning.motion_links import Links, best_motion, link, run_on, thinned
 from ichain_drake.control.planning.options import chains
 from ichain_drake.control.planning.travel import jumping, parked_state
-from ichain_drake.control.settings import PLANNING
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 
@@ -102,7 +102,7 @@ def _context(model: InteractionModel, chain: tuple[Interaction, ...], usable: np
             push[i] = sign * PLANNING.push * model.step_limit[root][i]
             after = model.step(states, states[root] + push, strict=False)[0][target][:, usable]
             moved = np.maximum(moved, np.abs(after - still))
-    clear = moved > np.maximum(PLANNING.noises * model.noise[target], 1e-3 * span(model, target))[usable]
+    clear = moved > np.maximum(PLANNING.noises * model.noise[target], EXECUTION.slack * span(model, target))[usable]
     if not clear.any():
         return None
     middle = 0.5 * (model.low[target] + model.high[target])[usable]

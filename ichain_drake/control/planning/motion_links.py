@@ -18,6 +18,7 @@ from ichain_drake.control.planning.travel import jumping
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import BoolArray, FloatArray, IntArray
 
 
@@ -142,7 +143,7 @@ def run_on(motion: Motion, gains: FloatArray, ticks: int) -> FloatArray:
 def _reach(model: InteractionModel, obj: str) -> FloatArray:
     """How far a variable goes in a tick at most; infinite for those that tell no states apart, shape (n_variables,)."""
     space = model.graph.objects[obj].observable
-    reach = np.maximum(model.step_limit[obj], 4.0 * model.noise[obj])
+    reach = np.maximum(model.step_limit[obj], LEARNING.surely * model.noise[obj])
     told = ~jumping(space) & (reach > 0)
     if obj != model.graph.root:
         told &= keeps(model, obj) | np.array([v.kind == "constant" for v in model.passive[obj].variables])
@@ -150,4 +151,4 @@ def _reach(model: InteractionModel, obj: str) -> FloatArray:
 
 
 def _slack(model: InteractionModel, obj: str, reach: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(reach), np.maximum(PLANNING.meets * reach, 4.0 * model.noise[obj]), np.inf)
+    return np.where(np.isfinite(reach), np.maximum(PLANNING.meets * reach, LEARNING.surely * model.noise[obj]), np.inf)

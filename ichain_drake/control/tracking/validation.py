@@ -106,7 +106,7 @@ def validation_error(chain: LearnedChain, policy: MoveTo, cases: Sequence[Valida
     memory = np.zeros((n, policy.memory_size))
     progress = np.zeros(n, dtype=int)
     ahead = TICK * np.arange(1, policy.lookahead + 1)
-    longest = int(np.ceil(1.3 * max(c.path.time[-1] for c in cases) / TICK))
+    longest = int(np.ceil((1.0 + TRACKING.band) * max(c.path.time[-1] for c in cases) / TICK))
     distance, counted = np.zeros(n), np.zeros(n)
     running = np.ones(n, dtype=bool)
     lost = np.zeros(n, dtype=bool)

@@ -108,7 +108,7 @@ class _Motion:
         self._anew = np.logaddexp(self._uniform, self._home) - np.log(2.0)
         self._variance, self._weight = self._start()
         self._never = np.zeros(len(self._weight), dtype=bool)  # kinds of change that it turned out not to have
-        self._jumps = 0.5  # a reset sets up a scene, and not one object of it
+        self._jumps = 0.5  # in a reset an object is rather set anew than not, whatever was seen
         self._goes_on = np.logaddexp.reduce(self._log_density(), axis=1)
 
     def _returns(self, after: FloatArray, angle: BoolArray) -> FloatArray:

@@ -43,6 +43,7 @@ class GoalVariant:
         settings: of the world, beside the user's.
         monitors: whether the controller watches.
         learning: key of what was learned: `all`, `no_roles`, or a number of pieces.
+        without: rule that is switched off in the run; empty for none.
     """
 
     method: str
@@ -50,6 +51,7 @@ class GoalVariant:
     settings: tuple[str, ...] = ()
     monitors: bool = True
     learning: str | int = ALL_PIECES
+    without: str = ""
 
 
 def choose_variants(methods: Sequence[str], scenario: GoalScenario, pieces: int) -> list[GoalVariant]:

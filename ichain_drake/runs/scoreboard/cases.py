@@ -75,6 +75,7 @@ class Case:
         settings: of the world that has the fault.
         trials: how many.
         oracle: in how many of them the oracle follows too.
+        without: rule that is switched off in the run; empty for none.
     """
 
     system: str
@@ -85,6 +86,7 @@ class Case:
     settings: tuple[str, ...]
     trials: int
     oracle: int = 0
+    without: str = ""
 
     @property
     def name(self) -> str:
@@ -93,7 +95,7 @@ class Case:
 
     def trial(self, seed: int) -> str:
         """Name of one trial."""
-        return f"{self.name}/seed {seed}"
+        return f"{self.name}/{f'without {self.without}/' if self.without else ''}seed {seed}"
 
 
 def all_cases(

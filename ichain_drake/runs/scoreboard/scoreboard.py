@@ -8,6 +8,7 @@ from typing import Any
 from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import evaluate_jobs
+from ichain_drake.runs.scoreboard.ablation import rule_lines
 from ichain_drake.runs.scoreboard.cases import FIRST_SEED, Case
 from ichain_drake.runs.scoreboard.table import add_failures_without, make_line
 from ichain_drake.runs.scoreboard.trials import make_jobs
@@ -23,14 +24,15 @@ def run_scoreboard(
     """Run every trial, each with demonstrations, learning and run of its own.
 
     Args:
-        cases: the rows, from `all_cases`.
+        cases: the rows, from `all_cases`, or those from `with_ablations`.
         first_seed: of the first trial of every row; the others follow.
         workers: who works; by default this process. The result does not depend on it, but for times.
         rows: what was found before, and where rows are kept as they come.
         say: called with a line and the fraction done.
 
     Returns:
-        `table` (one line a row, see `make_line`) and `rows` (one a trial, with the `row` that it belongs to).
+        `table` (one line a row, see `make_line`), `ablation` (one line a rule that some row is run without, see
+        `rule_lines`) and `rows` (one a trial, with the `row` that it belongs to and the rule that it was `without`).
 
     Raises:
         InputError: if a cluster does not answer.
@@ -43,11 +45,12 @@ def run_scoreboard(
         table, flat = [], []
         for case in cases:
             own = rows.of(case.trial(first_seed + k) for k in range(case.trials))
-            flat += [{"row": case.name, **row} for row in own]
-            if own:
+            flat += [{"row": case.name, "without": case.without, **row} for row in own]
+            if own and not case.without:
                 table.append(make_line(case, own))
-        add_failures_without(table, flat)
-        return {"table": table, "rows": flat}
+        add_failures_without(table, [row for row in flat if not row["without"]])
+        off = dict.fromkeys(case.without for case in cases if case.without)
+        return {"table": table, "ablation": rule_lines(flat, off), "rows": flat}
 
     work = make_jobs(cases, first_seed)
     return evaluate_jobs(work, workers, rows, found, say, _label)

@@ -50,7 +50,7 @@ def _job(cases: tuple[Case, ...], seed: int, number: int) -> Job:
     if issubclass(first.kind, PathScenario):
         return PathTrials(cases, seed, number)
     goal = own_goal(first.kind((), first.physics, seed))  # type: ignore[arg-type] # it has what a goal needs
-    variants = tuple(GoalVariant(MONITORS, case.fault, case.settings) for case in cases)
+    variants = tuple(GoalVariant(MONITORS, case.fault, case.settings, without=case.without) for case in cases)
     names = tuple(case.trial(seed) for case in cases)
     return FreshSeed(first.kind, (), first.physics, seed, goal, variants, names)
 

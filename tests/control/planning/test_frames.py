@@ -82,7 +82,7 @@ def test_a_place_is_in_reach_within_bounds_and_shown_within_what_was_shown():
     jugs = np.array([[-0.9, 1.0, 9.0], [1.14, 1.09, 0.0], [1.16, 0.0, 0.0], [0.0, 1.11, 0.0]])
     np.testing.assert_array_equal(frames.in_reach("jug", jugs), [True, True, False, False])
     assert frames.in_reach("lamp", np.ones((2, 1))).all()
-    jugs = np.array([[0.5, 0.5, 9.0], [1.01, 0.0, 0.1], [1.02, 0.0, 0.1], [0.5, -0.1, 0.1]])
+    jugs = np.array([[0.5, 0.5, 9.0], [1.01, 0.0, 0.1], [1.03, 0.0, 0.1], [0.5, -0.1, 0.1]])
     np.testing.assert_array_equal(frames.is_shown("jug", jugs), [True, True, False, False])
 
 
