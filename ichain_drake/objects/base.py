@@ -285,9 +285,7 @@ class WorldObject(LeafSystem):
             plant_values = value[self._plant]
             value = np.array(self.settle(value, parents, modes), dtype=float)
             value[self._plant] = plant_values
-        flags = discrete.get_mutable_value(self._active)
-        for i, parent in enumerate(self.parents):
-            flags[i] = modes[parent]
+        discrete.get_mutable_value(self._active)[:] = [modes[p] for p in self.parents]
         if self.immediate or self._settles or len(self._plant):
             discrete.set_value(self._state, value)
 

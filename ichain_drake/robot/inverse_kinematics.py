@@ -42,7 +42,7 @@ class InverseKinematics(HandMotion):
     half the time that it takes frame by frame, with caches that the plant's step has filled.
 
     A frame's plan is due from the instant at which it begins until the discrete update of that instant; then
-    `joint_plan` is zero. In between the plant reads it, and at a tick it is calculated with the command of that instant.
+    `joint_plan` is zero. In between the plant reads it, and at a tick it is calculated with the command of the instant.
     What tells Drake's cache that a frame begins is the input `frame`, from an unrestricted update in C++, which comes
     before any discrete update of the same instant.
 
@@ -51,9 +51,10 @@ class InverseKinematics(HandMotion):
     It is one system with `HandMotion`, whose set-points it reads, because each one that runs in Python costs something
     on every step of the plant.
 
-    Ports: those of `HandMotion`; an input `frame` of any value, that of a hold of one frame; and the outputs `joint_plan`: what each row of `Playout` changes by, (steps + 1) x
-    (joints, fingers); and `tick_plan`: where the tick ends (joints; the last row of the playout; the speed of the free
-    motion; whether the set-point stood still), then `joint_plan` of each of its frames.
+    Ports: those of `HandMotion`; an input `frame` of any value, that of a hold of one frame; and the outputs
+    `joint_plan`: what each row of `Playout` changes by, (steps + 1) x (joints, fingers); and `tick_plan`: where the
+    tick ends (joints; the last row of the playout; the speed of the free motion; whether the set-point stood still), then
+    `joint_plan` of each of its frames.
 
     Args:
         spec, home, linear_speed, angular_speed: see `HandMotion`.

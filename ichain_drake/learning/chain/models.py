@@ -146,8 +146,7 @@ class ForwardModel(_LinkModel):
         by_state, by_code = self.code.jacobians(child, code)
         n_child, n_parent = len(self._child_features), len(self._parent_features)
         by_child = by_state + self._child_features.by_state(by_code @ by_input[..., :n_child], child)
-        none = np.zeros((*child.shape[:-1], child.shape[-1], parent.shape[-1]))
-        by_parent, by_next = none, none
+        by_parent = by_next = np.zeros((*child.shape[:-1], child.shape[-1], parent.shape[-1]))
         start = n_child
         if self.action in ("current", "both"):
             block = by_input[..., start : start + n_parent]
