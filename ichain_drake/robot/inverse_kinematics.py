@@ -53,8 +53,8 @@ class InverseKinematics(HandMotion):
 
     Ports: those of `HandMotion`; an input `frame` of any value, that of a hold of one frame; and the outputs
     `joint_plan`: what each row of `Playout` changes by, (steps + 1) x (joints, fingers); and `tick_plan`: where the
-    tick ends (joints; the last row of the playout; the speed of the free motion; whether the set-point stood still), then
-    `joint_plan` of each of its frames.
+    tick ends (joints; the last row of the playout; the speed of the free motion; whether the set-point stood still),
+    then `joint_plan` of each of its frames.
 
     Args:
         spec, home, linear_speed, angular_speed: see `HandMotion`.
