@@ -11,6 +11,7 @@ def format_table(results: Mapping[str, Any]) -> str:
     parts = (
         _diagram(results["diagram"]),
         _decision(results["decision"]),
+        _together(results["together"]),
         _chain_length(results["chain_length"]),
         _frozen(results["frozen_models"]),
         _games(results["games"]),
@@ -94,6 +95,23 @@ def _decision(d: Mapping[str, Any]) -> list[str]:
         [method, f"{t['median_ms']:.3f}", f"{t['longest_ms']:.3f}"] for method, t in d.items() if method != "objects"
     ]
     return [f"One control decision, {d['objects']} objects", *_columns(["", "median ms", "longest ms"], rows)]
+
+
+def _together(t: Mapping[str, Any]) -> list[str]:
+    rows = [
+        ["one after another", f"{t['single_trials_a_second']:.2f}", "1.0"],
+        ["together", f"{t['together_trials_a_second']:.2f}", f"{t['ratio']:.1f}"],
+        [
+            f"together, each with {t['learning_seconds']:.1f} s of demonstrations and learning",
+            "",
+            f"{t['ratio_fresh']:.2f}",
+        ],
+    ]
+    return [
+        f"{t['trials']} trials of one learned model: {t['scenario']} in ideal, {t['steps']:.0f} control steps of "
+        f"{t['path']}; {t['equal']} of {t['compared']} compared are equal to the bit",
+        *_columns(["", "trials/s", "x"], rows),
+    ]
 
 
 def _chain_length(c: Mapping[str, Any]) -> list[str]:

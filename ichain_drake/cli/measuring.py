@@ -17,8 +17,8 @@ from ichain_drake.errors import IchainError
 @click.option(
     "--methods", metavar="A,B", default="", help="only these (also method@samples, method/case; or labels,edges,cuts)"
 )
-@click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
-@click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
+@click.option("--fresh", is_flag=True, help="every trial has demonstrations of its own; paths: so by default")
+@click.option("--shared", is_flag=True, help="all trials share the demonstrations of one seed; goals: so by default")
 @options("jobs", "cluster", "trial_timeout", "report", "output", "resume", "without", "settings")
 def evaluate(
     scenario: str,
@@ -39,7 +39,7 @@ def evaluate(
 ) -> None:
     """Compare methods over many seeds, in one table.
 
-    --fresh and --shared together print both.
+    --fresh and --shared together print both, for goals.
     """
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
@@ -57,10 +57,12 @@ def evaluate(
             count = 5 if trials is None else trials
             evaluate_discovery_of(loaded, list(settings), count, names, workers, report, output, resume=resume)
         elif isinstance(loaded, PathScenario):
-            if shared:
-                raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
+            if shared and fresh:
+                raise IchainError(f"{scenario} follows paths: give one of --fresh and --shared")
             count = 20 if trials is None else trials
-            evaluate_path_scenario(loaded, list(settings), count, names, workers, report, output, resume=resume)
+            evaluate_path_scenario(
+                loaded, list(settings), count, names, workers, report, output, shared=shared, resume=resume
+            )
         else:
             count = 5 if trials is None else trials
             evaluate_goal_scenario(

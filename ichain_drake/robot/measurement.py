@@ -29,7 +29,7 @@ class HandMeasurement(LeafSystem):
         std = spec.noise_vector()
         self._noisy = np.flatnonzero(std)
         self._std = std[self._noisy]
-        self._noise = NoiseStream(seed, object_id, "measurement", tuple(int(spec.indices[i]) for i in self._noisy))
+        self.noise = NoiseStream(seed, object_id, "measurement", tuple(int(spec.indices[i]) for i in self._noisy))
         self._state = self.DeclareVectorInputPort("state", n)
         tickets = {self._state.ticket()}
         if len(self._noisy):
@@ -45,13 +45,21 @@ class HandMeasurement(LeafSystem):
             context.SetDiscreteState([math.ceil(context.get_time() / FRAME - 1e-6)])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        value = self._state.Eval(context).copy()
-        if len(self._noisy):
-            self._disturb(value, int(context.get_discrete_state_vector().value()[0]))
-        output.SetFromVector(value)
+        value = self._state.Eval(context)
+        frame = int(context.get_discrete_state_vector().value()[0]) if len(self._noisy) else 0
+        output.SetFromVector(self.read(value, self.noise.at(frame)))
 
-    def _disturb(self, value: FloatArray, frame: int) -> None:
-        value[self._noisy] += self._std * self._noise.at(frame)
+    def read(self, state: FloatArray, noise: FloatArray) -> FloatArray:
+        """What the sensors give, shape (..., n).
+
+        Args:
+            state: shape (..., n).
+            noise: standard normal, of the variables that are read with any, shape (..., n_noisy).
+        """
+        value = state.copy()
+        if len(self._noisy):
+            value[..., self._noisy] += self._std * noise
+        return value
 
     def readings(self, states: FloatArray, frames: Sequence[int]) -> FloatArray:
         """What `measured` showed at some frames of a run, to the last bit.
@@ -60,10 +68,8 @@ class HandMeasurement(LeafSystem):
             states: the hand's at these frames, shape (n, n_exposed).
             frames: their numbers from the start of the run.
         """
-        values = states.copy()
-        for value, frame in zip(values, frames, strict=True):
-            self._disturb(value, frame)
-        return values
+        rows = [self.read(state, self.noise.at(frame)) for state, frame in zip(states, frames, strict=True)]
+        return np.array(rows).reshape(states.shape)
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         discrete.get_mutable_value()[0] += 1.0
