@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
@@ -60,5 +61,15 @@ class HandMeasurement(LeafSystem):
             value[..., self._noisy] += self._std * noise
         return value
 
+    def readings(self, states: FloatArray, frames: Sequence[int]) -> FloatArray:
+        """What `measured` showed at some frames of a run, to the last bit.
+
+        Args:
+            states: the hand's at these frames, shape (n, n_exposed).
+            frames: their numbers from the start of the run.
+        """
+        rows = [self.read(state, self.noise.at(frame)) for state, frame in zip(states, frames, strict=True)]
+        return np.array(rows).reshape(states.shape)
+
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        discrete.set_value([context.get_discrete_state_vector().value()[0] + 1.0])
+        discrete.get_mutable_value()[0] += 1.0

@@ -135,15 +135,15 @@ class HandMotion(LeafSystem):
         return points
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        frame = self.frame(context)
-        place = frame % FRAMES_PER_TICK
+        frame = discrete.get_mutable_value(self._frame_index)
+        place = int(frame[0]) % FRAMES_PER_TICK
         if place:
-            points = context.get_discrete_state(self._tick_index).value()
+            points = discrete.value(self._tick_index)
         else:
             points = self._plan.Eval(context)
             discrete.set_value(self._tick_index, points)
         discrete.set_value(self._setpoint_index, points[_N * place : _N * (place + 1)])
-        discrete.set_value(self._frame_index, [frame + 1.0])
+        frame[0] += 1.0
 
 
 def _held(full: FloatArray) -> FloatArray:

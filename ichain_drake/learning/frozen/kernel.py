@@ -84,9 +84,11 @@ class KernelSum(FrozenModel):
 
     def features(self, z: FloatArray) -> FloatArray:
         """Values of all bumps, (..., n, n_in) -> (..., n_blocks, n, n_centres)."""
-        u = np.ones((*z.shape[:-1], 2 * self.n_in + 1))
-        np.subtract(z, self._middle, out=u[..., : self.n_in])
-        np.square(u[..., : self.n_in], out=u[..., self.n_in : -1])
+        d = self.n_in
+        u = np.empty((*z.shape[:-1], 2 * d + 1))
+        centred = np.subtract(z, self._middle, out=u[..., :d])
+        np.square(centred, out=u[..., d:-1])
+        u[..., -1] = 1.0
         phi = u[..., None, :, :] @ self._tables
         return np.exp(phi, out=phi)
 
@@ -128,7 +130,7 @@ class KernelSum(FrozenModel):
     def _weighed(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (..., n, n_out), and what each bump adds to them, (..., n_out, n, n_centres)."""
         phi = self.features(z) * self.weights[:, None, :]
-        value = phi.sum(axis=-1).swapaxes(-1, -2)
+        value = np.add.reduce(phi, axis=-1).swapaxes(-1, -2)
         return np.add(value, self.offset, out=np.empty((*z.shape[:-1], self.n_out))), phi
 
     def _slopes_of(self, notes: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
