@@ -8,6 +8,7 @@ from small_world import GRAPH
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
+from ichain_drake.learning.checks import check_flags
 from ichain_drake.learning.data import collect
 
 
@@ -56,6 +57,15 @@ def test_an_edge_that_is_never_active(demonstrations: list[Demonstration]) -> No
     for k in range(len(pieces)):
         pieces = changed(pieces, k, **{"valve->lamp": 0.0})
     refused(pieces, "valve->lamp: never active in any of the 9 pieces.*; record a piece")
+
+
+@pytest.mark.parametrize(("count", "listed"), [(6, "a, b, c, d, e, f"), (7, "a, b, c, d, e, f, ..."), (1, "a")])
+def test_of_many_pieces_the_first_six_are_named(count: int, listed: str) -> None:
+    edge, names = GRAPH.interactions[0], "abcdefg"[:count]
+    flags = [np.zeros(3, dtype=bool)] * count
+    with pytest.raises(InputError, match=rf"never active in any of the {count} pieces \({listed}\); record"):
+        check_flags(names, {edge: flags})
+    check_flags(names, {edge: [*flags[1:], np.array([False, True, False])]})
 
 
 def test_a_copy_is_left_out(demonstrations: list[Demonstration]) -> None:
