@@ -8,8 +8,10 @@ from small_world import GRAPH
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.learning.checks import check_flags
+from ichain_drake.graph import InteractionGraph
+from ichain_drake.learning.checks import check_contradictions, check_flags
 from ichain_drake.learning.data import collect
+from ichain_drake.state import StateSpace, Variable
 
 
 def changed(pieces: list[Demonstration], k: int, **columns: object) -> list[Demonstration]:
@@ -88,3 +90,15 @@ def test_two_periods(demonstrations: list[Demonstration]) -> None:
 
 def test_a_piece_without_an_object(demonstrations: list[Demonstration]) -> None:
     refused(changed(demonstrations, 3, **{"lamp.glow": None}), "piece_3: column lamp.glow is missing")
+
+
+def test_contradictory_flags_are_named_by_the_lines_of_their_files() -> None:
+    """Line 1 is the header, so that row 0 is line 2."""
+    graph = InteractionGraph({n: StateSpace(n, (Variable("x"),)) for n in ("hand", "cup")}, ["hand->cup"])
+    edge = graph.interactions[0]
+    hand = [np.arange(5.0)[:, None], np.arange(3.0, 9.0)[::-1, None]]
+    states = {"hand": hand, "cup": [np.zeros((5, 1)), np.zeros((6, 1))]}
+    on = [np.arange(5) == 4, np.zeros(6, dtype=bool)]
+    with pytest.raises(InputError, match="hand->cup: .*: piece a line 6 says active, piece b line 6 inactive"):
+        check_contradictions(["a", "b"], {edge: on}, states, graph)
+    check_contradictions(["a", "b"], {edge: [on[0], np.arange(6) == 4]}, states, graph)
