@@ -8,7 +8,10 @@ from small_world import GRAPH
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
+from ichain_drake.graph import InteractionGraph
+from ichain_drake.learning.checks import check_contradictions, check_flags
 from ichain_drake.learning.data import collect
+from ichain_drake.state import StateSpace, Variable
 
 
 def changed(pieces: list[Demonstration], k: int, **columns: object) -> list[Demonstration]:
@@ -58,6 +61,15 @@ def test_an_edge_that_is_never_active(demonstrations: list[Demonstration]) -> No
     refused(pieces, "valve->lamp: never active in any of the 9 pieces.*; record a piece")
 
 
+@pytest.mark.parametrize(("count", "listed"), [(6, "a, b, c, d, e, f"), (7, "a, b, c, d, e, f, ..."), (1, "a")])
+def test_of_many_pieces_the_first_six_are_named(count: int, listed: str) -> None:
+    edge, names = GRAPH.interactions[0], "abcdefg"[:count]
+    flags = [np.zeros(3, dtype=bool)] * count
+    with pytest.raises(InputError, match=rf"never active in any of the {count} pieces \({listed}\); record"):
+        check_flags(names, {edge: flags})
+    check_flags(names, {edge: [*flags[1:], np.array([False, True, False])]})
+
+
 def test_a_copy_is_left_out(demonstrations: list[Demonstration]) -> None:
     data = collect([*demonstrations, replace(demonstrations[1], name="again")], GRAPH)
     assert len(data.pieces) == len(demonstrations)
@@ -78,3 +90,15 @@ def test_two_periods(demonstrations: list[Demonstration]) -> None:
 
 def test_a_piece_without_an_object(demonstrations: list[Demonstration]) -> None:
     refused(changed(demonstrations, 3, **{"lamp.glow": None}), "piece_3: column lamp.glow is missing")
+
+
+def test_contradictory_flags_are_named_by_the_lines_of_their_files() -> None:
+    """Line 1 is the header, so that row 0 is line 2."""
+    graph = InteractionGraph({n: StateSpace(n, (Variable("x"),)) for n in ("hand", "cup")}, ["hand->cup"])
+    edge = graph.interactions[0]
+    hand = [np.arange(5.0)[:, None], np.arange(3.0, 9.0)[::-1, None]]
+    states = {"hand": hand, "cup": [np.zeros((5, 1)), np.zeros((6, 1))]}
+    on = [np.arange(5) == 4, np.zeros(6, dtype=bool)]
+    with pytest.raises(InputError, match="hand->cup: .*: piece a line 6 says active, piece b line 6 inactive"):
+        check_contradictions(["a", "b"], {edge: on}, states, graph)
+    check_contradictions(["a", "b"], {edge: [on[0], np.arange(6) == 4]}, states, graph)

@@ -115,6 +115,17 @@ def test_derivatives_by_features_are_carried_to_the_state(space: StateSpace) -> 
     np.testing.assert_array_equal(features.by_state(by_features, at), by_features @ features.jacobian(at))
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_features_of_rows_are_those_of_each_row(kind: FeatureKind) -> None:
+    rows = np.random.default_rng(1).uniform(-3, 3, (2, 8))
+    features = StateFeatures(SPACE, kind)
+    np.testing.assert_array_equal(features(rows), np.stack([features(row) for row in rows]))
+    np.testing.assert_allclose(
+        StateFeatures(SPACE, "raw")(rows),
+        np.c_[rows[:, [0, 2, 3, 4, 6, 7]], np.cos(rows[:, [1, 5]]), np.sin(rows[:, [1, 5]])],
+    )
+
+
 def test_body_features_need_a_pose() -> None:
     with pytest.raises(InputError, match="lamp has no position x, y with an orientation"):
         StateFeatures(StateSpace("lamp", (Variable("glow"),)), "body")

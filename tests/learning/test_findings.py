@@ -22,6 +22,12 @@ def test_nothing_is_odd_about_clean_pieces(model: InteractionModel, demonstratio
     assert model.report()["findings"] == []
 
 
+def test_a_copy_is_told_as_a_whole(model: InteractionModel, demonstrations: list[Demonstration]) -> None:
+    (found,) = label_findings([*demonstrations, replace(demonstrations[1], name="again")], GRAPH, model)
+    assert (found.piece, found.rows, found.edge) == ("again", (0, 0), "")
+    assert f"every reading is that of piece {demonstrations[1].name}" in found.text
+
+
 def test_a_few_wrong_flags_are_found(demonstrations: list[Demonstration]) -> None:
     model = learn_interactions(changed(demonstrations, 0, 3, 10, "valve->tap"), GRAPH)
     name = demonstrations[0].name

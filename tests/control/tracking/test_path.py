@@ -1,5 +1,6 @@
 """Paths: reading, sampling, timing, progress, and the two error measures against brute force."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,12 @@ def test_progress_only_goes_forward_and_no_further_than_asked() -> None:
     assert path.advance(path.points[lap + 5], lap, 1.0) == pytest.approx(lap + 5, abs=1)
     assert path.advance(path.points[200], 0, 1.0) <= 46
     assert path.advance(path.points[-1], len(path.points) - 1, 1.0) == len(path.points) - 1
+
+
+def test_it_looks_as_far_ahead_as_nominal_speed_takes_it() -> None:
+    for spacing in (0.5, 1.0, 3.0):
+        path = TimedPath(LINE, replace(LIMITS, spacing=spacing))
+        assert path.advance(LINE[-1], 0, 1.0) == pytest.approx(45.0 / spacing, abs=1.0)
 
 
 def test_near_the_end_within_the_tolerance_along_the_path() -> None:

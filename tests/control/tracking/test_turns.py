@@ -70,6 +70,11 @@ def test_a_refusal_says_what_would_help() -> None:
         check_turns(CORNER, chain(), "path corner", "px")
 
 
+def test_a_refusal_names_the_radius() -> None:
+    with pytest.raises(InputError, match=r"with a radius of 3\.0 px; the tightest turn in the demonstrations"):
+        check_turns(circle(3.0), chain(), "path circle", "px")
+
+
 def test_corners_are_rounded_as_far_as_needed_and_the_ends_stay() -> None:
     path, off = smooth_path(CORNER, chain(), "path corner", "px")
     check_turns(path, chain(), "path corner", "px")

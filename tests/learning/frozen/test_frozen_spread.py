@@ -50,6 +50,14 @@ def test_process_spread_is_sklearns(kernel: object, normalize: bool) -> None:
     np.testing.assert_allclose(freeze(fitted).batch_spread(rows), expected, rtol=1e-5)
 
 
+def test_a_given_spread_scales_with_the_outputs() -> None:
+    x, y = table(3)
+    model = freeze(Ridge().fit(x, y), residual_std=np.array([0.1, 0.4]))
+    scaled = model.rescaled(np.array([2.0, 0.5]), np.array([1.0, -1.0]))
+    np.testing.assert_allclose(scaled.batch_spread(x), np.tile([0.2, 0.2], (len(x), 1)))
+    np.testing.assert_allclose(scaled.batch(x), model.batch(x) * [2.0, 0.5] + [1.0, -1.0])
+
+
 @pytest.mark.parametrize("make", [PolynomialRegressor, lambda: PolynomialGaussianProcess(1, max_iter=10)])
 def test_spread_scales_with_the_target(make: object) -> None:
     x, y = table(2)

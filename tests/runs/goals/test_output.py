@@ -11,6 +11,8 @@ from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.plan import Condition, Goal
 from ichain_drake.graph import Interaction
 from ichain_drake.runs.goals.output import (
+    _contents,
+    _spans,
     flags_of,
     make_graph_recording,
     write_graph_pictures,
@@ -90,6 +92,30 @@ def test_flags_are_the_truth_of_each_interaction(run: ic.GraphRun) -> None:
         "hand->dimmer": [1, 1, 0, 0], "hand->switch": [0, 0, 0, 0], "dimmer->lamp": [0, 0, 0, 0],
         "switch->lamp": [0, 1, 1, 0],
     }  # fmt: skip
+
+
+def test_amounts_and_what_is_dissolved_in_them_are_read_out_and_nothing_that_is_hidden() -> None:
+    cup = ic.StateSpace(
+        "cup",
+        (
+            ic.Variable("x", "m", role=ic.Role("position", "robot", "x")),
+            ic.Variable("water", "l", role=ic.Role("amount")),
+            ic.Variable("heat", "degC", role=ic.Role("intensive", of="water")),
+            ic.Variable("leak", "l", role=ic.Role("amount"), hidden=True),
+        ),
+    )
+    graph = ic.InteractionGraph({"hand": LampScenario.spaces["hand"], "cup": cup}, ["hand->cup"])
+    states = {"hand": np.zeros((2, len(graph.objects["hand"]))), "cup": np.arange(8.0).reshape(2, 4)}
+    found = _contents(EpisodeLog(np.arange(2) / 30, states, {}, {}, np.zeros((2, 3))), graph)
+    assert {n: (list(r.values), r.unit) for n, r in found.items()} == {
+        "cup water": ([1.0, 5.0], "l"), "cup heat": ([2.0, 6.0], "degC"),
+    }  # fmt: skip
+
+
+def test_where_a_flag_holds_is_told_by_start_and_duration() -> None:
+    assert _spans([False, True, True, False, True], 0.5) == [(0.5, 1.0), (2.0, 0.5)]
+    assert _spans([True], 2.0) == [(0.0, 2.0)]
+    assert _spans([False], 2.0) == []
 
 
 def test_a_run_that_logged_nothing_has_no_recording(tmp_path: Path) -> None:

@@ -41,6 +41,10 @@ def test_nothing_is_known_of_a_run_that_never_was() -> None:
     run = ended(0.3, BRIGHT)
     run.log = None
     assert _miss(run) is None
+    without_goal, without_model = ended(0.3, BRIGHT), ended(0.3, BRIGHT)
+    without_goal.goal, without_model.model = None, None
+    assert _miss(without_goal) is None
+    assert _miss(without_model) is None
 
 
 def test_without_roles_all_else_of_a_variable_stays() -> None:
