@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ichain_drake.demonstrations.columns import column
+import numpy as np
+
+from ichain_drake.demonstrations.columns import TIME, as_numbers, column
 from ichain_drake.demonstrations.long_parquet import opened_parquet
 from ichain_drake.demonstrations.piece_file import (
     WHAT,
@@ -29,6 +31,7 @@ MOST_AT_ONCE = 5 * MOST_CELLS
 
 _CHARACTERS = 4  # of a value in CSV, at least, with its comma
 _RATE_ROWS = 1000  # from which the period is told
+_MOST_A_TICK = 1000.0  # rows: of shorter periods than that fewer ticks are kept
 
 
 def read_enough(
@@ -57,17 +60,29 @@ def read_enough(
     files = piece_files(Path(folder), say)
     if bound is None or not is_long(files):
         return [read_demonstration(file) for file in files]
-    rate = 1
-    if resampled:
-        (first,) = read_stretches(files[0], [(0, min(_RATE_ROWS, outline_of(files[0], graph, bound.stretch).rows))])
-        period = converted(first, graph)[0].period
-        rate = max(1, round(TICK / period)) if period > 0 else 1
+    rate = _rows_a_tick(files[0], graph) if resampled else 1
     outlines = [outline_of(file, graph, rate * bound.stretch) for file in files]
     ranges = chosen_rows(outlines, rate * bound.rows)
     kept, rows = sum(b - a for part in ranges for a, b in part), sum(o.rows for o in outlines)
     if say is not None:
         say(f"{folder}: {kept} of {rows} rows are read: stretches that show every switch, and evenly of the rest")
     return [piece for file, part in zip(files, ranges, strict=True) for piece in read_stretches(file, part)]
+
+
+def _rows_a_tick(file: Path, graph: InteractionGraph) -> int:
+    """How many rows of a log are one tick; 1 where its times don't tell, as whoever checks it will say."""
+    if _is_parquet(file):
+        with opened_parquet(file, WHAT) as log:
+            rows = min(_RATE_ROWS, log.rows)
+        pieces = read_stretches(file, [(0, rows)] if rows else [])
+    else:
+        pieces = [read_demonstration(file)]
+    for piece in pieces:
+        table = converted(piece, graph)[0].table
+        if list(table.columns).count(TIME) == 1 and len(table) > 1:
+            period = float(np.median(np.diff(as_numbers(table[TIME]))))
+            return round(min(max(TICK / period, 1.0), _MOST_A_TICK)) if period > 0 else 1
+    return 1
 
 
 def is_long(files: Sequence[Path]) -> bool:
@@ -128,7 +143,7 @@ def read_stretches(file: Path, ranges: Sequence[tuple[int, int]]) -> list[Demons
             table, units = split_units(part)
             whole = (first, end) == (0, log.rows)
             name = shown(file) if whole else f"{shown(file)} rows {first} to {end - 1}"
-            out.append(Demonstration(with_time(table), units | log.units, name, 2 + first))
+            out.append(Demonstration(with_time(table, first), units | log.units, name, 2 + first))
     return out
 
 

@@ -109,11 +109,11 @@ def read_claims(data: Bytes, *, by_parts: bool = False) -> Claims:
         unpacked = 0 if by_parts else unpacked
         for page in (page for column in _structs(group, 1) for page in _pages(column, data)):
             unpacked, heads = unpacked + page[0], heads + page[1]
-            if unpacked > _MOST_BYTES or heads > _MOST_ABOUT:
-                whose = "a row group of it" if by_parts else "it"
-                raise TooMuchError(
-                    f"{whose} unpacks to more than {_MOST_BYTES / 1e6:.0f} MB, or to too many pages; split it"
-                )
+            if unpacked > _MOST_BYTES:
+                whose, remedy = ("a row group of it", "write smaller ones") if by_parts else ("it", "split it")
+                raise TooMuchError(f"{whose} unpacks to more than {_MOST_BYTES / 1e6:.0f} MB; {remedy}")
+            if heads > _MOST_ABOUT:
+                raise TooMuchError(f"the heads of its pages take more than {_MOST_ABOUT / 1e6:.0f} MB; split it")
     return Claims(columns, rows)
 
 

@@ -59,15 +59,20 @@ def split_units(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     return table, {name: unit for name, unit in split if unit is not None}
 
 
-def with_time(table: pd.DataFrame) -> pd.DataFrame:
-    """The table without an index that only counts its rows; one that tells times is their column."""
+def with_time(table: pd.DataFrame, first: int = 0) -> pd.DataFrame:
+    """The table without an index that only counts its rows; one that tells times is their column.
+
+    Args:
+        table: of a whole file, or successive rows of it.
+        first: number of the first of these rows in the file.
+    """
     if len(table.columns) and len(table):
         for place in {0, len(table.columns) - 1}:  # pandas writes an index first into CSV, last into Parquet
             name = str(table.columns[place])
             if not _UNNAMED.fullmatch(name):
                 continue
             if TIME in table.columns:
-                counts = np.array_equal(as_numbers(table.iloc[:, place]), np.arange(len(table)))
+                counts = np.array_equal(as_numbers(table.iloc[:, place]), first + np.arange(len(table)))
                 return table.drop(columns=name) if counts else table
             table.columns = pd.Index([TIME if i == place else c for i, c in enumerate(table.columns)])
             break

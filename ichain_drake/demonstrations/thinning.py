@@ -119,15 +119,17 @@ def chosen_rows(outlines: Sequence[Outline], most: int) -> list[list[tuple[int, 
         most: rows to keep at most.
 
     Returns:
-        Of each recording first rows and rows after the last, joined where stretches follow each other.
+        Of each recording first rows and rows after the last, joined where stretches follow each other; none of one
+        without rows.
     """
     sizes = np.concatenate([o.sizes for o in outlines])
     tells = np.concatenate([o.tells for o in outlines])
+    tells[sizes == 0] = False
     taken = np.zeros(len(sizes), dtype=bool)
     share = most // (2 * max(tells.shape[1], 1))
     for k in np.argsort(tells.sum(axis=0), kind="stable"):
         _take(taken, sizes, np.flatnonzero(tells[:, k]), share)
-    _take(taken, sizes, np.arange(len(sizes)), most)
+    _take(taken, sizes, np.flatnonzero(sizes), most)
     out, first = [], 0
     for o in outlines:
         mine = taken[first : first + len(o.starts)]

@@ -96,6 +96,35 @@ def test_a_bound_is_one_of_ticks(tmp_path: Path) -> None:
     assert 0.8 * BOUND.rows < sum(map(len, ready)) <= BOUND.rows
 
 
+@pytest.mark.parametrize(
+    "times",
+    [{}, {"time": 0.0}, {"time": "noon"}, {"time": 1e-320 * np.arange(40_000)}],
+    ids=["none", "the same", "texts", "of no time"],
+)
+def test_times_that_tell_no_period_break_nothing(times: dict[str, object], tmp_path: Path) -> None:
+    data = table(40_000).drop(columns="time").assign(**times)
+    pq.write_table(pa.Table.from_pandas(data, preserve_index=False), tmp_path / "a.parquet")
+    assert sum(map(len, read_enough(tmp_path, GRAPH, BOUND, resampled=True))) > 0.9 * BOUND.rows
+
+
+def test_files_without_rows_are_left_out(tmp_path: Path) -> None:
+    write(tmp_path, 0, "a.csv")
+    write(tmp_path, 40_000, "b.parquet")
+    for resampled in (False, True):
+        found = read_enough(tmp_path, GRAPH, BOUND, resampled=resampled)
+        assert all(p.name.startswith("b.parquet") for p in found)
+
+
+def test_an_index_that_counts_rows_is_left_out_of_every_stretch(tmp_path: Path) -> None:
+    data = table(40_000)
+    data.index = pd.Index(np.arange(40_000).tolist())  # kept as a column, which a RangeIndex is not
+    pq.write_table(pa.Table.from_pandas(data, preserve_index=True), tmp_path / "a.parquet")
+    found = read_enough(tmp_path, GRAPH, BOUND)
+    assert len(found) > 1
+    for piece in found:
+        assert list(piece.table.columns) == list(data.columns)
+
+
 def test_a_column_that_holds_no_numbers_is_one_of_nothing(tmp_path: Path) -> None:
     data = table(40_000).assign(note="x" * 1000, pixels=[[1.0, 2.0]] * 40_000)
     pq.write_table(pa.Table.from_pandas(data, preserve_index=False), tmp_path / "a.parquet")

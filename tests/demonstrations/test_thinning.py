@@ -83,3 +83,13 @@ def test_an_outline_is_the_same_however_a_recording_is_read(part: int) -> None:
     assert np.array_equal(found.starts, whole.starts)
     assert np.array_equal(found.tells, whole.tells)
     assert whole.tells[:, 0].tolist() == [False, True, True, False, True, False, False]
+
+
+def test_a_recording_without_rows_is_left_out() -> None:
+    """Also where it alone has both ends of an interaction that no flag tells about."""
+    empty = Demonstration(log(0, {}).table, {}, "empty")
+    full = log(100, {"hand->box": [50], "box->lid": []})
+    assert [p.name for p in thinned([empty, full], GRAPH, Bound(50, 10))] == [
+        p.name for p in thinned([full], GRAPH, Bound(50, 10))
+    ]
+    assert chosen_rows([outline(empty, GRAPH, 10)], 50) == [[]]
