@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ichain_drake.noise import NoiseRows
-from ichain_drake.objects.rows import NotTogetherError, ObjectRows
+from ichain_drake.objects.rows import NotTogetherError, ObjectRows, unlike
 from ichain_drake.robot.ideal import IdealHand
 from ichain_drake.state import BoolArray, FloatArray
 from ichain_drake.world.world import World
@@ -30,8 +30,8 @@ class WorldRows:
         first = worlds[0]
         self.graph, self._frame = first.graph, 0
         hands = [w.robot for w in worlds if type(w) is World and type(w.robot) is IdealHand]
-        if len(hands) < len(worlds) or any(h.spec != hands[0].spec for h in hands):
-            raise NotTogetherError("worlds with one hand and no arm are calculated together")
+        if len(hands) < len(worlds) or any(unlike(vars(hands[0].motion), vars(h.motion)) for h in hands):
+            raise NotTogetherError("worlds with the same hand and no arm are calculated together")
         if any(
             (w.graph.objects, w.graph.interactions) != (self.graph.objects, self.graph.interactions) for w in worlds
         ):

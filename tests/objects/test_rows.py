@@ -5,13 +5,15 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from ichain_drake.objects import ObjectSettings, WorldObject
-from ichain_drake.objects.rows import NotTogetherError, ObjectRows
+from ichain_drake.objects import Joystick, ObjectSettings, WorldObject
+from ichain_drake.objects.rows import NotTogetherError, ObjectRows, decide_rows
 from ichain_drake.objects.vehicles.vehicle import joined
+from ichain_drake.robot import HandSpec
 from ichain_drake.state import StateSpace, Variable, columns
 from ichain_drake.timing import FRAMES_PER_TICK
 
 KNOB = StateSpace("knob", (Variable("turn"),))
+HAND = HandSpec(["x", "y", "z", "grip"]).space
 
 
 class Squared(WorldObject):
@@ -75,3 +77,34 @@ def test_what_is_no_state_is_noticed_at_any_time() -> None:
 def test_objects_that_need_a_plant_or_a_past_are_refused() -> None:
     with pytest.raises(NotTogetherError, match="drop-outs"):
         rows_of(Squared, 2, dropouts=((1.0, 2.0),))
+
+
+class Turned(Squared):
+    """Has settings of its own, which matter only later."""
+
+    def __init__(self, gain: float, places: tuple[float, ...] = (), seed: int = 0) -> None:
+        super().__init__("thing", {"knob": KNOB}, settings=ObjectSettings(seed=seed))
+        self.drawn_with = seed
+        self.gain, self.about = gain, {"places": np.array(places)}
+
+
+def test_objects_that_differ_in_anything_but_the_seed_are_refused() -> None:
+    ObjectRows([Turned(1.0, (2.0,), seed) for seed in (1, 2)])
+    for other in (Turned(1.5, (2.0,)), Turned(1.0, (2.5,)), Turned(1.0)):
+        with pytest.raises(NotTogetherError, match="thing differs from run to run"):
+            ObjectRows([Turned(1.0, (2.0,)), other])
+
+
+class LooseGrip(Joystick):
+    """Is never held, whatever its hand does."""
+
+    def decide_active(self, *given: Any) -> Any:
+        return {"hand": False}
+
+
+def test_rows_are_not_decided_by_a_rule_that_a_subclass_has_replaced() -> None:
+    closed, before = {"hand": np.array([[0.5, 0.0, 0.15, 1.0]] * 2)}, {"hand": np.zeros(2, dtype=bool)}
+    for kind, held in ((Joystick, True), (LooseGrip, False)):
+        stick = kind("stick", {"hand": HAND})
+        states = np.tile(stick.default_state(), (2, 1))
+        np.testing.assert_array_equal(decide_rows(stick, states, closed, before)["hand"], [held, held])

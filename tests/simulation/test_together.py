@@ -1,6 +1,7 @@
 """Runs that are calculated together are, in every bit of every frame, what each is in a Diagram of its own."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -24,6 +25,7 @@ from ichain_drake.state import FloatArray
 from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
 from ichain_drake.world.rows import WorldRows
+from ichain_drake.world.world import World
 
 SEEDS = (11, 12, 13)
 NOISY = ["noise.scale=1.5", "noise.vehicle=1"]
@@ -122,11 +124,27 @@ class BlurredGame(CarGame):
     target_type = Blurred
 
 
-@pytest.mark.parametrize("kind", [CarsOfTheirOwn, BlurredGame])
-def test_what_would_differ_is_noticed(kind: type[CarGame]) -> None:
+class FasterHands(CarGame):
+    """A game in which each seed has another hand."""
+
+    def make_world(self, path: TimedPath, run: int) -> World:
+        quick = replace(self.config.robot, linear_speed=0.1 * self.seed)
+        self.config = replace(self.config, robot=quick)
+        return super().make_world(path, run)
+
+
+@pytest.mark.parametrize(
+    ("kind", "why"),
+    [
+        (CarsOfTheirOwn, "car differs from run to run"),
+        (BlurredGame, "other bits for many rows than for one"),
+        (FasterHands, "the same hand"),
+    ],
+)
+def test_what_would_differ_is_noticed(kind: type[CarGame], why: str) -> None:
     scenarios = [kind((), "ideal", seed) for seed in SEEDS]
     path = bend(scenarios[0], 30.0)
-    with pytest.raises(NotTogetherError, match="other bits for many rows than for one"):
+    with pytest.raises(NotTogetherError, match=why):
         check(scenarios, path, lambda world: path_controller(*learned("car_game", "inverse"), path))
 
 
