@@ -10,7 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.tracking.chain import ChainController
-from ichain_drake.errors import IchainError, InputError
+from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LearnedChain
 from ichain_drake.robot import Physics
 from ichain_drake.runs.clusters.isolated import reason_of
@@ -107,8 +107,8 @@ def _learn(
     for variant in variants:
         try:
             learned.append(learn_variant(scenario, variant, whole if variant.monolithic else pieces))
-        except IchainError as error:
-            learned.append(str(error))
+        except Exception as error:  # also what an estimator of a user's raises
+            learned.append(reason_of(error))
     return learned
 
 
