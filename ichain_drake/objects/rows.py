@@ -25,10 +25,21 @@ class _Numbers(np.ndarray):
     """An array whose powers are those of its numbers: numpy has another routine for arrays, off by the last bit."""
 
     def __pow__(self, exponent: Any, modulo: Any = None) -> Any:
-        if np.ndim(exponent):
-            return np.array(self) ** exponent
-        powers = [number**exponent for number in self.ravel()]
-        return np.array(powers, dtype=float).reshape(self.shape).view(_Numbers)
+        return _powers(self, exponent)
+
+    def __rpow__(self, base: Any, modulo: Any = None) -> Any:
+        return _powers(base, self)
+
+    def __ipow__(self, exponent: Any) -> Any:
+        self[...] = _powers(self, exponent)
+        return self
+
+
+def _powers(base: Any, exponent: Any) -> _Numbers:
+    """Powers, number by number, of what numpy would broadcast."""
+    bases, exponents = np.broadcast_arrays(np.asarray(base, dtype=float), np.asarray(exponent, dtype=float))
+    powers = [b**e for b, e in zip(bases.ravel(), exponents.ravel(), strict=True)]
+    return np.array(powers, dtype=float).reshape(bases.shape).view(_Numbers)
 
 
 @runtime_checkable

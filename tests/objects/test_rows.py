@@ -26,6 +26,16 @@ class Squared(WorldObject):
         return joined(state, [a**2 + b**1.5, np.abs(a) ** 0.7 + 0 * active["knob"]])
 
 
+class ManyPowers(Squared):
+    """Takes powers of one variable by another, of a constant, and in place."""
+
+    def step(self, state: Any, parents: Any, active: Any, noise: Any, dt: float) -> Any:
+        (a, b), (c,) = columns(state), columns(parents["knob"])
+        d = c + 0.1
+        d **= 1.7
+        return joined(state, [np.abs(a) ** c + d, 1.1**b])
+
+
 class SquaredArrays(Squared):
     """Takes powers of arrays, also where these have no dimension."""
 
@@ -62,6 +72,8 @@ def test_powers_are_those_of_numbers_where_a_step_takes_numbers() -> None:
     states, knob, after = stepped(Squared)
     assert type(after) is np.ndarray
     assert (after[:, 0] != states[:, 0] ** 2 + knob[:, 0] ** 1.5).any()
+    states, knob, after = stepped(ManyPowers)
+    assert (after[:, 1] != 1.1 ** states[:, 1]).any()
     states, knob, after = stepped(SquaredArrays)
     np.testing.assert_array_equal(after[:, 0], states[:, 0] ** 2)
     with pytest.raises(NotTogetherError, match="other bits for many rows than for one"):
