@@ -55,7 +55,7 @@ class LearningSettings:
         examples: rows of either status that are kept; rows of a long recording that are learned from or not together.
         most_rows: that one effect is fitted to: what is slow in the number of rows stays quick.
         most_learned: rows that a graph is learned from at most; of more, stretches that show every switch, and evenly
-            of the rest. Hours of ticks: classifiers take time in the square of them, and learn little from more.
+            of the rest. Hours of ticks: time of classifiers grows faster than rows do, and they learn little from more.
         seeds: best columns that pairs are tried with.
         sweeps: of an alternating search, or moves of one, at most.
     """
