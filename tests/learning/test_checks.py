@@ -1,5 +1,6 @@
 """Data that can't be learned from: one line that names piece, edge and remedy."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from small_world import GRAPH
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
+from ichain_drake.learning.checks import check_flags
 from ichain_drake.learning.data import collect
 
 
@@ -78,3 +80,13 @@ def test_two_periods(demonstrations: list[Demonstration]) -> None:
 
 def test_a_piece_without_an_object(demonstrations: list[Demonstration]) -> None:
     refused(changed(demonstrations, 3, **{"lamp.glow": None}), "piece_3: column lamp.glow is missing")
+
+
+@pytest.mark.parametrize(
+    ("count", "listed"), [(1, "p0"), (6, "p0, p1, p2, p3, p4, p5"), (7, "p0, p1, p2, p3, p4, p5, ...")]
+)
+def test_up_to_six_pieces_are_named(count: int, listed: str) -> None:
+    edge, names = GRAPH.interactions[0], [f"p{k}" for k in range(count)]
+    with pytest.raises(InputError, match=re.escape(f"in any of the {count} pieces ({listed});")):
+        check_flags(names, {edge: [np.zeros(3, dtype=bool)] * count})
+    check_flags(names, {edge: [np.zeros(3, dtype=bool)] * (count - 1) + [np.array([False, True, False])]})

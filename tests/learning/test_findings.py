@@ -47,3 +47,21 @@ def test_a_frozen_feed_is_found(model: InteractionModel, demonstrations: list[De
     found = [f for f in label_findings(pieces, GRAPH, model) if f.edge == "box"]
     assert [(f.piece, f.rows) for f in found] == [(demonstrations[0].name, (5, 35))]
     assert "frozen feed" in found[0].text
+
+
+def test_a_copy_is_told_as_a_whole_and_not_judged_by_itself(
+    model: InteractionModel, demonstrations: list[Demonstration]
+) -> None:
+    first = demonstrations[1]
+    (found,) = label_findings([*demonstrations, replace(first, name="again")], GRAPH, model)
+    assert (found.piece, found.rows, found.edge) == ("again", (0, 0), "")
+    assert found.text.startswith(f"piece again: every reading is that of piece {first.name}; it was left out")
+
+
+def test_a_reading_that_never_moves_is_told_of_no_piece_in_particular(
+    model: InteractionModel, demonstrations: list[Demonstration]
+) -> None:
+    pieces = [replace(p, table=p.table.assign(**{"lamp.glow": 0.5})) for p in demonstrations]
+    found = [f for f in label_findings(pieces, GRAPH, model) if f.edge == "lamp.glow"]
+    assert [(f.piece, f.rows) for f in found] == [("", (0, 0))]
+    assert found[0].text.startswith("lamp.glow: is 0.5 in every row of all pieces")

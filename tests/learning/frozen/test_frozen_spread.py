@@ -66,6 +66,9 @@ def test_given_residual_std_is_the_spread_of_models_without_one() -> None:
     assert model.has_spread
     np.testing.assert_array_equal(model.batch_spread(x[:4]), np.tile([0.1, 0.2], (4, 1)))
     np.testing.assert_array_equal(freeze(forest, residual_std=0.3).spread(x[0]), [0.3, 0.3])
+    scaled = model.rescaled(np.array([2.0, 5.0]), np.array([1.0, -1.0]))
+    np.testing.assert_allclose(scaled.spread(x[0]), [0.2, 1.0])
+    np.testing.assert_allclose(scaled.batch(x[:4]), model.batch(x[:4]) * [2.0, 5.0] + [1.0, -1.0])
     assert not freeze(forest).has_spread
     with pytest.raises(InputError, match="no predictive spread.*residual_std"):
         freeze(forest).spread(x[0])
