@@ -42,7 +42,7 @@ class OpenPiece:
 
     def rows(self, frame: int) -> int:
         """How many rows it has if it ends at a frame."""
-        return max(0, (frame - self.first) // FRAMES_PER_TICK + 1) if frame >= self.first else 0
+        return (frame - self.first) // FRAMES_PER_TICK + 1 if frame >= self.first else 0
 
 
 class PieceRecorder:

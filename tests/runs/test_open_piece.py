@@ -134,3 +134,9 @@ def test_of_less_than_two_rows_nothing_is_made(tmp_path: Path) -> None:
         found = left_behind(tmp_path)
         assert [len(piece) for _, piece in found] == [2] * left
         assert (tmp_path / ".p.open").exists() == left
+
+
+def test_a_folder_that_can_not_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(InputError, match=r"file/\.play\.open: can't write the open piece: File exists"):
+        OpenRecord(tmp_path / "file", "play")

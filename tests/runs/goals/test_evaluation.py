@@ -12,7 +12,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel
 from ichain_drake.objects import Region
-from ichain_drake.runs.goals.evaluation import check_graph_evaluation, score_classifiers
+from ichain_drake.runs.goals.evaluation import GoalEvaluation, check_graph_evaluation, score_classifiers
 from ichain_drake.runs.goals.status_accuracy import count_events, held_out_scores, probe_scores
 from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
 from ichain_drake.runs.goals.variants import METHODS, choose_variants, piece_order, possible_variants
@@ -45,8 +45,12 @@ def test_the_lines_of_the_table():
     ("methods", "trials", "message"),
     [
         (["magic"], 1, "there is no method 'magic'; there are monitors, no_monitors"),
-        (["monitors/quake"], 1, "method monitors has no case 'quake'; it has none, slip"),
-        (["classifiers/none"], 1, "method classifiers has no case 'none'; it has none"),
+        (
+            ["monitors/quake"],
+            1,
+            "method monitors has no case 'quake'; it has none, slip, knock, stiff, dropout, moved, noise$",
+        ),
+        (["classifiers/none"], 1, "method classifiers has no case 'none'; it has none$"),
         ([], 0, "give numbers from 1"),
         ([], 901, "at most 900 runs of one seed; choose another --seed"),
     ],
@@ -54,6 +58,21 @@ def test_the_lines_of_the_table():
 def test_what_can_not_be_evaluated(methods, trials, message):
     with pytest.raises(InputError, match=message):
         check_graph_evaluation(SCENARIO, trials, methods)
+
+
+@pytest.mark.parametrize(
+    ("methods", "shared", "scores", "needed"),
+    [
+        ((), False, True, True),
+        (("classifiers",), False, True, True),
+        (("monitors", "pieces/6 pieces"), False, False, True),
+        (("monitors/none", "no_roles"), False, False, False),
+        (("monitors/none",), True, False, True),
+    ],
+)
+def test_what_is_learned_from_demonstrations_that_runs_share_needs_them(methods, shared, scores, needed):
+    what = GoalEvaluation(SCENARIO, (), GOAL, 1, methods, shared=shared, fresh=True)
+    assert (what.wants_scores, what.needs_shared) == (scores, needed)
 
 
 def test_cases_that_a_physics_has_not_are_left_out_and_said():

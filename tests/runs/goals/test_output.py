@@ -4,19 +4,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import small_world
 from lamp import LampScenario
 
 import ichain_drake as ic
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.plan import Condition, Goal
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.runs.goals.output import (
+    _contents,
     flags_of,
     make_graph_recording,
     write_graph_pictures,
     write_graph_recording,
 )
 from ichain_drake.simulation.episode import EpisodeLog
+from ichain_drake.state import Role, StateSpace, Variable
 
 FRAMES = 4
 GOAL = Goal(
@@ -81,6 +84,19 @@ def test_strips_show_what_the_goal_names_with_its_range(run: ic.GraphRun) -> Non
     light, place = episode.strips.values()
     np.testing.assert_array_equal(light.values, [0.0, 0.2, 0.4, 0.6])
     np.testing.assert_array_equal(place.values, [0.35, 0.45, 0.45, 0.45])
+
+
+def test_contents_are_shown_by_their_roles(run: ic.GraphRun) -> None:
+    """Amounts and what mixes with them, in truth, but nothing hidden and no change of them."""
+    assert not {"lamp light", "dimmer x"} & set(shown(run))
+    hidden = Variable("rest", "l", role=Role("amount"), hidden=True)
+    spaces = dict(small_world.GRAPH.objects)
+    spaces["tap"] = StateSpace("tap", (*spaces["tap"].variables, hidden))
+    graph = InteractionGraph(spaces, small_world.GRAPH.interactions)
+    states = {n: np.arange(2.0 * len(s)).reshape(2, -1) for n, s in spaces.items()}
+    log = EpisodeLog(np.arange(2) / 30, states, {}, {}, np.zeros((2, 4)))
+    found = {name: list(readout.values) for name, readout in _contents(log, graph).items()}
+    assert found == {"box water": [3, 9], "box heat": [4, 10], "tap stock": [0, 4], "tap heat": [1, 5]}
 
 
 def test_flags_are_the_truth_of_each_interaction(run: ic.GraphRun) -> None:

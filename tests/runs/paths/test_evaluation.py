@@ -1,6 +1,7 @@
 """Evaluation: a table made of rows, and nobody sees more samples than the table says."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -8,12 +9,15 @@ import pytest
 
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
+from ichain_drake.runs.paths import evaluation
 from ichain_drake.runs.paths.evaluation import (
     METHODS,
+    PathSeed,
     PathVariant,
     check_evaluation,
     evaluate_paths,
     learn_variant,
+    monolithic,
     shorten,
 )
 from ichain_drake.runs.paths.summary import summarise
@@ -122,3 +126,30 @@ def test_nothing_beyond_the_samples_of_a_row_is_used_for_it() -> None:
         np.testing.assert_array_equal(one.child_limit, same.child_limit)
         for key, array in one.forward.model.frozen.arrays().items():
             np.testing.assert_array_equal(array, same.forward.model.frozen.arrays()[key])
+
+
+def test_the_graph_that_knows_nothing_between_robot_and_target_has_the_last_links_candidates() -> None:
+    scenario = load_scenario("car_game", (), "ideal", 0)
+    first, last = object(), object()
+    graph, candidates = monolithic(scenario, {"hand->joystick": first, "joystick->car": last})  # type: ignore[dict-item]
+    assert [e.name for e in graph.interactions] == ["hand->car"]
+    assert {n: graph.objects[n] for n in graph.objects} == {n: scenario.graph.objects[n] for n in ("hand", "car")}
+    assert candidates == {"hand->car": last}
+
+
+def test_the_oracle_has_a_row_for_each_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = load_scenario("car_game", (), "ideal", 4)
+    names = tuple(scenario.reference_paths())
+
+    def followed(scenario: object, name: str, path: object, number: int) -> object:
+        return SimpleNamespace(
+            completed=name != names[1], error=0.5 + number, paper_metric=2.0 + number, reason="it took too long"
+        )
+
+    monkeypatch.setattr(evaluation, "oracle_follow", followed)
+    rows = PathSeed(CarGame, (), "ideal", 4, ("oracle",), names)._rows()
+    assert [(r["method"], r["samples"], r["seed"], r["case"]) for r in rows] == [("oracle", 0, 4, n) for n in names]
+    assert [r["error"] for r in rows] == [0.5, None, 2.5]
+    assert [r["paper_metric"] for r in rows] == [2.0, None, 4.0]
+    assert [r["reason"] for r in rows] == ["", "it took too long", ""]
+    assert [r["success"] for r in rows] == [True, False, True]
