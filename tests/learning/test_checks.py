@@ -9,8 +9,10 @@ from small_world import GRAPH
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.learning.checks import check_flags
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.checks import check_contradictions, check_flags
 from ichain_drake.learning.data import collect
+from ichain_drake.state import StateSpace, Variable
 
 
 def changed(pieces: list[Demonstration], k: int, **columns: object) -> list[Demonstration]:
@@ -90,3 +92,20 @@ def test_up_to_six_pieces_are_named(count: int, listed: str) -> None:
     with pytest.raises(InputError, match=re.escape(f"in any of the {count} pieces ({listed});")):
         check_flags(names, {edge: [np.zeros(3, dtype=bool)] * count})
     check_flags(names, {edge: [np.zeros(3, dtype=bool)] * (count - 1) + [np.array([False, True, False])]})
+
+
+def test_lines_that_contradict_each_other_are_counted_as_in_their_files() -> None:
+    """The header is line 1; what a third object does makes no difference to the edge, and other states none at all."""
+    spaces = {n: StateSpace(n, (Variable("x"),)) for n in "abc"}
+    graph, edge = InteractionGraph(spaces, ["a->b", "a->c"]), Interaction("a", "b")
+    states = {
+        "a": [np.array([[0.0], [1.0], [2.0]]), np.array([[5.0], [6.0], [1.0]])],
+        "b": [np.zeros((3, 1)), np.zeros((3, 1))],
+        "c": [np.ones((3, 1)), np.full((3, 1), 9.0)],
+    }
+    flags = {e: [np.array([True, True, False]), np.array([True, False, False])] for e in graph.interactions}
+    message = "a->b: contradictory flags: piece one line 3 says active, piece two line 4 inactive, in the same state"
+    with pytest.raises(InputError, match=message):
+        check_contradictions(["one", "two"], flags, states, graph)
+    flags[edge][1][2] = True
+    check_contradictions(["one", "two"], flags, states, graph)

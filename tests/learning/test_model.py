@@ -92,6 +92,15 @@ def test_the_spread_covers_the_residual(model: InteractionModel) -> None:
     assert np.isfinite(spread).all()
 
 
+def test_a_spread_is_the_largest_of_what_acts_and_a_change_has_its_readings_noise_too(model: InteractionModel) -> None:
+    own = np.array([v.std for v in model.passive["box"].variables])
+    flow, heat = (next(f.regression.std for f in model.edges[FILL].effects if f.variable == i) for i in (3, 4))
+    for active, water, warmth in (([], own[3], own[4]), ([FILL], max(own[3], flow), max(own[4], heat))):
+        change = np.hypot(water, model.noise["box"][5])
+        np.testing.assert_allclose(model.spread("box", active), [*own[:3], water, warmth, change])
+    np.testing.assert_array_equal(model.spread("box", [LIGHT]), model.spread("box", []))  # it acts on another
+
+
 def test_a_cycle_of_active_interactions_is_refused_with_its_edges_and_the_time(
     model: InteractionModel, states: dict[str, FloatArray]
 ) -> None:

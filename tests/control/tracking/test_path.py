@@ -1,5 +1,6 @@
 """Paths: reading, sampling, timing, progress, and the two error measures against brute force."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,14 @@ def test_progress_only_goes_forward_and_no_further_than_asked() -> None:
     assert path.advance(path.points[lap + 5], lap, 1.0) == pytest.approx(lap + 5, abs=1)
     assert path.advance(path.points[200], 0, 1.0) <= 46
     assert path.advance(path.points[-1], len(path.points) - 1, 1.0) == len(path.points) - 1
+
+
+@pytest.mark.parametrize(("spacing", "points"), [(0.5, 45), (1.0, 23), (2.0, 12)])
+def test_so_many_points_are_looked_at_as_nominal_speed_passes_in_the_time(spacing: float, points: int) -> None:
+    path = TimedPath(LINE, replace(LIMITS, spacing=spacing))
+    assert path.advance(path.points[-1], 0, 0.49) == points  # 22.05 long, the last one whole
+    assert path.advance(path.points[-1], 7, 0.49) == 7 + points
+    assert path.advance(path.points[-1], 0, 0.0) == 2  # never stuck
 
 
 def test_near_the_end_within_the_tolerance_along_the_path() -> None:

@@ -153,3 +153,37 @@ def test_the_oracle_has_a_row_for_each_path(monkeypatch: pytest.MonkeyPatch) -> 
     assert [r["paper_metric"] for r in rows] == [2.0, None, 4.0]
     assert [r["reason"] for r in rows] == ["", "it took too long", ""]
     assert [r["success"] for r in rows] == [True, False, True]
+
+
+@pytest.mark.parametrize(
+    ("methods", "shown"),
+    [
+        (("default@100", "paper@50"), {"paper@50": "100 samples", "default@100": "100 samples"}),
+        (("monolithic",), {"monolithic@1000": "whole of 1000"}),
+        (("oracle",), {}),
+    ],
+)
+def test_each_variant_learns_from_the_pieces_that_are_meant_for_it(
+    monkeypatch: pytest.MonkeyPatch, methods: tuple[str, ...], shown: dict[str, str]
+) -> None:
+    """No sample more is recorded than the largest of them needs; and nothing that none of them learns from."""
+    recorded = []
+
+    class Shown(CarGame):
+        def record_demonstrations(self, progress=None, known=()):
+            recorded.append("pieces")
+            return [f"{self.config.learning.samples} samples"]
+
+        def monolithic_demonstration(self, samples):
+            recorded.append("whole")
+            return f"whole of {samples}"
+
+    seen = {}
+    monkeypatch.setattr(evaluation, "oracle_follow", lambda *_: SimpleNamespace(completed=False, reason=""))
+    monkeypatch.setattr(
+        evaluation, "_evaluate_variant", lambda scenario, v, pieces: [seen.__setitem__(v.label, " ".join(pieces))]
+    )
+    PathSeed(Shown, (), "ideal", 0, methods, ())._rows()
+    assert seen == shown
+    assert recorded.count("whole") == ("monolithic" in methods)
+    assert ("pieces" in recorded) is bool(shown)
