@@ -115,6 +115,24 @@ def test_what_can_not_be_is_refused_without_a_search(text: str, edge: str | None
     assert reason in found.reason
 
 
+@pytest.mark.parametrize(
+    ("texts", "closest"),
+    [
+        (["cup.water >= 0.9"], 0.85),
+        (["cup.water >= 0.3", "tank.water >= 0.83"], 0.02),
+        (["cup.water >= 0.3", "tank.water >= 0.95"], 0.0),
+        (["cup.water >= 0.3", "tank.water >= 0.5"], None),
+        (["cup.water >= 0.3", "tank.water <= 0.9"], None),
+    ],
+)
+def test_of_an_amount_there_is_left_what_the_others_do_not_want(texts: list[str], closest: float | None) -> None:
+    found = impossible(parse_goal(texts, tap()), tap(), TAP_START)
+    assert (found is None) == (closest is None)
+    if found is not None:
+        assert found.condition.object == "cup"
+        assert found.closest == pytest.approx(closest)
+
+
 def test_what_holds_already_is_never_refused() -> None:
     assert impossible(parse_goal(["robot.x >= 0.2"], tap()), tap(), TAP_START) is None
 

@@ -12,7 +12,8 @@ from ichain_drake.control.planning.motion_drives import _context, find_motion_dr
 from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.state import Role, StateSpace, Variable
 
 
 def motions(model):
@@ -94,3 +95,12 @@ def test_a_pedal_pumps_to_and_fro_and_only_up() -> None:
 def test_what_is_driven_by_holding_needs_no_motion() -> None:
     for model in (lamp(), tap()):
         assert motions(model) == ()
+
+
+def test_a_place_is_changed_by_carrying_and_not_by_a_motion() -> None:
+    """A knob that is turned further than a wrist goes is driven by motion; were its angle a place, it would not be."""
+    model = shade()
+    assert {d.direction for d in motions(model) if len(d.chain) == 1} == {-1, 1}
+    place = StateSpace("knob", (Variable("angle", "m", role=Role("position", "room", "x")),))
+    model.graph = InteractionGraph({**model.graph.objects, "knob": place}, model.graph.interactions)
+    assert not [d for d in motions(model) if len(d.chain) == 1]
