@@ -17,7 +17,7 @@ def _specs(*texts: str) -> tuple[EstimatorSpec, ...]:
     return tuple(EstimatorSpec.parse(text) for text in texts)
 
 
-def make_classifier(spec: EstimatorSpec, noise: FloatArray | float) -> Any:
+def make_classifier(spec: EstimatorSpec, noise: FloatArray | float = 0.0) -> Any:
     """A new classifier by name: `box`, or one that `make_estimator` knows.
 
     Args:

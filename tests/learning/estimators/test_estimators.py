@@ -333,4 +333,4 @@ def test_usual_candidates_are_made_without_a_walk_through_scikit_learn(monkeypat
     monkeypatch.setattr(registry, "_sklearn_classes", lambda: pytest.fail("all of scikit-learn is imported"))
     spec = InteractionSpec()
     for candidate in (*spec.effect_estimators, *spec.status_estimators):
-        make_classifier(candidate, 0.0)
+        make_classifier(candidate)
