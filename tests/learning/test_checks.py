@@ -99,13 +99,13 @@ def test_lines_that_contradict_each_other_are_counted_as_in_their_files() -> Non
     spaces = {n: StateSpace(n, (Variable("x"),)) for n in "abc"}
     graph, edge = InteractionGraph(spaces, ["a->b", "a->c"]), Interaction("a", "b")
     states = {
-        "a": [np.array([[0.0], [1.0], [2.0]]), np.array([[5.0], [6.0], [1.0]])],
-        "b": [np.zeros((3, 1)), np.zeros((3, 1))],
-        "c": [np.ones((3, 1)), np.full((3, 1), 9.0)],
+        "a": [np.array([[0.0], [1.0], [2.0]]), np.array([[5.0], [6.0], [7.0], [1.0]])],
+        "b": [np.zeros((3, 1)), np.zeros((4, 1))],
+        "c": [np.ones((3, 1)), np.full((4, 1), 9.0)],
     }
-    flags = {e: [np.array([True, True, False]), np.array([True, False, False])] for e in graph.interactions}
-    message = "a->b: contradictory flags: piece one line 3 says active, piece two line 4 inactive, in the same state"
+    flags = {e: [np.array([True, True, False]), np.array([True, False, True, False])] for e in graph.interactions}
+    message = "a->b: contradictory flags: piece one line 3 says active, piece two line 5 inactive, in the same state"
     with pytest.raises(InputError, match=message):
         check_contradictions(["one", "two"], flags, states, graph)
-    flags[edge][1][2] = True
+    flags[edge][1][3] = True
     check_contradictions(["one", "two"], flags, states, graph)
