@@ -126,12 +126,14 @@ class Reached:
         noted = self.data.contexts_by_lineno(module)
         spanned = next((n for n in range(line, 0, -1) if n in noted), line)  # a statement is noted by its first line
         found = {c.split("|")[0] for c in noted.get(spanned, []) if c}
-        if not found:  # run on import alone: whoever uses its module, or the modules beside it
+        own, part = f"test_{Path(module).stem}.py", Path(module).parts[1:-1]
+        if not found:  # run on import alone: whoever uses its module, or the modules beside it; and its own tests
+            own_tests = {test for test in self.seconds if Path(test.partition("::")[0]).name == own}
             beside = [f for f in self.data.measured_files() if Path(f).parent == Path(module).parent]
             for used in ([module], beside):
                 every = (self.data.contexts_by_lineno(f).values() for f in used)
                 found = found or {c.split("|")[0] for lines in every for contexts in lines for c in contexts if c}
-        own, part = f"test_{Path(module).stem}.py", Path(module).parts[1:-1]
+            found |= own_tests
 
         def order(test: str) -> tuple[int, float]:
             file = Path(test.partition("::")[0])
@@ -184,7 +186,8 @@ def tested(mutant: Mutant, tests: list[str], folder: Path, limit: float) -> dict
         child.join(limit)
         log_text = log.read_text(errors="replace")
         outcome = {0: "survived", None: "timeout", 5: "no test ran"}.get(child.exitcode, "killed")
-        if child.exitcode == 4 and "ERROR collecting" not in log_text:  # not even imported is killed; not found is not
+        imported = not re.search("ERROR collecting|ImportError while loading conftest", log_text)
+        if child.exitcode == 4 and imported:  # not even imported is killed; not found is not
             outcome = "no test ran"
         if child.exitcode is None:
             child.kill()

@@ -1,6 +1,5 @@
 """Data that can't be learned from: one line that names piece, edge and remedy."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,7 @@ from small_world import GRAPH
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning.checks import check_contradictions, check_flags
 from ichain_drake.learning.data import collect
 from ichain_drake.state import StateSpace, Variable
@@ -62,6 +61,15 @@ def test_an_edge_that_is_never_active(demonstrations: list[Demonstration]) -> No
     refused(pieces, "valve->lamp: never active in any of the 9 pieces.*; record a piece")
 
 
+@pytest.mark.parametrize(("count", "listed"), [(6, "a, b, c, d, e, f"), (7, "a, b, c, d, e, f, ..."), (1, "a")])
+def test_of_many_pieces_the_first_six_are_named(count: int, listed: str) -> None:
+    edge, names = GRAPH.interactions[0], "abcdefg"[:count]
+    flags = [np.zeros(3, dtype=bool)] * count
+    with pytest.raises(InputError, match=rf"never active in any of the {count} pieces \({listed}\); record"):
+        check_flags(names, {edge: flags})
+    check_flags(names, {edge: [*flags[1:], np.array([False, True, False])]})
+
+
 def test_a_copy_is_left_out(demonstrations: list[Demonstration]) -> None:
     data = collect([*demonstrations, replace(demonstrations[1], name="again")], GRAPH)
     assert len(data.pieces) == len(demonstrations)
@@ -84,28 +92,13 @@ def test_a_piece_without_an_object(demonstrations: list[Demonstration]) -> None:
     refused(changed(demonstrations, 3, **{"lamp.glow": None}), "piece_3: column lamp.glow is missing")
 
 
-@pytest.mark.parametrize(
-    ("count", "listed"), [(1, "p0"), (6, "p0, p1, p2, p3, p4, p5"), (7, "p0, p1, p2, p3, p4, p5, ...")]
-)
-def test_up_to_six_pieces_are_named(count: int, listed: str) -> None:
-    edge, names = GRAPH.interactions[0], [f"p{k}" for k in range(count)]
-    with pytest.raises(InputError, match=re.escape(f"in any of the {count} pieces ({listed});")):
-        check_flags(names, {edge: [np.zeros(3, dtype=bool)] * count})
-    check_flags(names, {edge: [np.zeros(3, dtype=bool)] * (count - 1) + [np.array([False, True, False])]})
-
-
-def test_lines_that_contradict_each_other_are_counted_as_in_their_files() -> None:
-    """The header is line 1; what a third object does makes no difference to the edge, and other states none at all."""
-    spaces = {n: StateSpace(n, (Variable("x"),)) for n in "abc"}
-    graph, edge = InteractionGraph(spaces, ["a->b", "a->c"]), Interaction("a", "b")
-    states = {
-        "a": [np.array([[0.0], [1.0], [2.0]]), np.array([[5.0], [6.0], [7.0], [1.0]])],
-        "b": [np.zeros((3, 1)), np.zeros((4, 1))],
-        "c": [np.ones((3, 1)), np.full((4, 1), 9.0)],
-    }
-    flags = {e: [np.array([True, True, False]), np.array([True, False, True, False])] for e in graph.interactions}
-    message = "a->b: contradictory flags: piece one line 3 says active, piece two line 5 inactive, in the same state"
-    with pytest.raises(InputError, match=message):
-        check_contradictions(["one", "two"], flags, states, graph)
-    flags[edge][1][3] = True
-    check_contradictions(["one", "two"], flags, states, graph)
+def test_contradictory_flags_are_named_by_the_lines_of_their_files() -> None:
+    """Line 1 is the header, so that row 0 is line 2."""
+    graph = InteractionGraph({n: StateSpace(n, (Variable("x"),)) for n in ("hand", "cup")}, ["hand->cup"])
+    edge = graph.interactions[0]
+    hand = [np.arange(5.0)[:, None], np.arange(3.0, 9.0)[::-1, None]]
+    states = {"hand": hand, "cup": [np.zeros((5, 1)), np.zeros((6, 1))]}
+    on = [np.arange(5) == 4, np.zeros(6, dtype=bool)]
+    with pytest.raises(InputError, match="hand->cup: .*: piece a line 6 says active, piece b line 6 inactive"):
+        check_contradictions(["a", "b"], {edge: on}, states, graph)
+    check_contradictions(["a", "b"], {edge: [on[0], np.arange(6) == 4]}, states, graph)

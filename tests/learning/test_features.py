@@ -37,6 +37,14 @@ def test_poses_are_found_by_role() -> None:
     assert planar_poses(SPACE.subspace(["x", "y", "ph"])) == []
 
 
+@pytest.mark.parametrize("names", [SPACE.names, ("a", "y", "x", "th"), ("x", "a", "b", "ph"), ("th", "ph"), ()])
+def test_features_are_plain_variables_cosines_and_sines_in_any_order(names: tuple[str, ...]) -> None:
+    """Also where the indices of a sort follow on each other, and are taken as one slice."""
+    features, rows = StateFeatures(SPACE.subspace(names), "raw"), np.random.default_rng(0).normal(size=(3, len(names)))
+    plain, angles = rows[:, features.plain], rows[:, features.angles]
+    np.testing.assert_array_equal(features(rows), np.concatenate([plain, np.cos(angles), np.sin(angles)], axis=1))
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @given(pair=states)
 def test_decode_inverts_encode(kind: FeatureKind, pair: np.ndarray) -> None:
@@ -105,6 +113,17 @@ def test_derivatives_by_features_are_carried_to_the_state(space: StateSpace) -> 
     features, rng = StateFeatures(space, "raw"), np.random.default_rng(0)
     by_features, at = rng.standard_normal((2, 3, len(features))), rng.uniform(-3, 3, (2, len(space)))
     np.testing.assert_array_equal(features.by_state(by_features, at), by_features @ features.jacobian(at))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_features_of_rows_are_those_of_each_row(kind: FeatureKind) -> None:
+    rows = np.random.default_rng(1).uniform(-3, 3, (2, 8))
+    features = StateFeatures(SPACE, kind)
+    np.testing.assert_array_equal(features(rows), np.stack([features(row) for row in rows]))
+    np.testing.assert_allclose(
+        StateFeatures(SPACE, "raw")(rows),
+        np.c_[rows[:, [0, 2, 3, 4, 6, 7]], np.cos(rows[:, [1, 5]]), np.sin(rows[:, [1, 5]])],
+    )
 
 
 def test_body_features_need_a_pose() -> None:

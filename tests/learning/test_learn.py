@@ -1,7 +1,6 @@
 """The second graph is learned from unordered pieces: its dynamics, its statuses and what the data don't show."""
 
 import json
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -150,14 +149,3 @@ def test_the_parents_largest_step_while_active_counts_no_tick_in_which_it_began_
     np.testing.assert_allclose(_active_step(data, edge, noise), [0.7, 2 * np.pi - 6.2, 0.0])
     piece.flags[edge] = np.array([True, False, True, False, True])
     np.testing.assert_array_equal(_active_step(data, edge, noise), np.zeros(3))
-
-
-@pytest.mark.parametrize(("score", "event_score", "told"), [(0.99, 0.1, True), (0.5, 0.9, True), (0.99, 0.9, False)])
-def test_a_status_that_is_wrong_in_rows_or_at_events_is_warned_of(
-    model: InteractionModel, score: float, event_score: float, told: bool
-) -> None:
-    edge = GRAPH.interactions[0]
-    learned = model.edges[edge]
-    changed = replace(learned, status=replace(learned.status, score=score, event_score=event_score))
-    said = replace(model, edges={**model.edges, edge: changed}).report()["interactions"][edge.name]["warnings"]
-    assert any("is not predicted well on pieces that were left out" in line for line in said) is told

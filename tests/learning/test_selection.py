@@ -82,5 +82,5 @@ def test_calibration_is_judged_by_bins_of_equal_width() -> None:
     expected = (abs(1 - 0.1) + abs(2 - 1.95)) / 4
     assert calibration_error(probability, truth) == pytest.approx(expected)
     assert calibration_error(np.array([0.2, 0.8]), np.array([False, True]), bins=1) == pytest.approx(0.0)
-    assert calibration_error(np.array([0.2]), np.array([True])) == pytest.approx(0.8)
+    assert calibration_error(np.array([0.25]), np.array([True])) == pytest.approx(0.75)
     assert calibration_error(np.zeros(0), np.zeros(0, dtype=bool)) == 0.0

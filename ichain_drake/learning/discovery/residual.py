@@ -68,7 +68,7 @@ class Residual:
         """Ticks in which a variable says something, shape (n_ticks,)."""
         return ~self._silent[i] if i in self._silent else np.ones(len(self.values), dtype=bool)
 
-    def leave(self, terms: Sequence[Term], window: int = 1) -> None:
+    def leave(self, terms: Sequence[Term], window: int) -> None:
         """Take away what terms explain, then means over a window of ticks where it is longer than one."""
         left = self._first.copy()
         self.spread = np.tile(self.quiet, (len(left), 1))

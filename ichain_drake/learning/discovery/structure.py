@@ -37,7 +37,7 @@ class Explained:
     """What was found about one object.
 
     Attributes:
-        residual: its motion beyond the passive one.
+        residual: its motion beyond the passive one, as the last step left it.
         terms: gated effects on it, its own among them.
         rivals: per term, other parents that explain the same ticks.
     """
@@ -64,7 +64,6 @@ def explain(log: Log, child: str, parents: Sequence[str], required: Sequence[str
         terms.append(own)
         rivals.append(())
     while len(terms) < DISCOVERY.most_terms:
-        residual.leave(terms)
         best, others = _next(residual, terms, parents, required)
         if best is None:
             break
@@ -79,7 +78,6 @@ def explain(log: Log, child: str, parents: Sequence[str], required: Sequence[str
             rivals.pop()
             break
     _take_back(residual, terms, rivals, required)
-    residual.leave(terms)
     return Explained(residual, tuple(terms), tuple(rivals))
 
 

@@ -47,7 +47,6 @@ def tick_alignment(log: Log, parent: str, child: str, on: BoolArray) -> Alignmen
 
 def _turn(moved_p: FloatArray, moved_c: FloatArray, *, rigid: bool) -> FloatArray:
     keep = np.ones(len(moved_p), dtype=bool)
-    turn: FloatArray = np.eye(moved_c.shape[1], moved_p.shape[1])
     for _ in range(4):
         if rigid:
             cross = moved_c[keep].T @ moved_p[keep]
@@ -73,4 +72,4 @@ def _circular(states: FloatArray, angles: tuple[int, ...]) -> FloatArray:
 
 def _smaller(rows: FloatArray) -> float:
     squares = np.sort((rows**2).sum(axis=1))
-    return float(squares[: max(1, int(LEARNING.kept * len(squares)))].sum())
+    return float(squares[: int(LEARNING.kept * len(squares))].sum())

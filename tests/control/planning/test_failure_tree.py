@@ -1,18 +1,14 @@
 """Without a plan it is told for each condition what was tried; with one, how likely it is."""
 
-from types import SimpleNamespace
-
 import numpy as np
-import pytest
 from toy_models import LAMP_START, TAP_START, lamp, tap
 
-from ichain_drake.control.planning.failure import Nearest
+from ichain_drake.control.planning.failure import Nearest, Tried
 from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import NoPlan, Plan
 from ichain_drake.control.planning.planner import GraphPlanner
-from ichain_drake.graph import Interaction
 
 
 def test_a_plan_says_how_likely_it_is():
@@ -37,46 +33,30 @@ def test_what_was_tried_for_a_condition_that_is_never_met():
     assert "short" in found.tree[0]
 
 
-SWITCH, DIM, LIT, ON = (
-    Interaction.parse(t) for t in ("robot->switch", "robot->dimmer", "dimmer->lamp", "switch->lamp")
-)
-
-
-@pytest.mark.parametrize(
-    ("text", "up", "near"), [("0.9 <= lamp.light <= 1", True, 0.6), ("lamp.light <= -0.5", False, 0)]
-)
-def test_the_tree_has_what_was_tried_in_the_direction_that_was_missing_and_what_it_waited_for(text, up, near):
-    nearest = Nearest(lamp(), parse_goal([text], lamp(), LAMP_START), LAMP_START)
-
-    def tried(chain, direction, end, probability, lost=None):
-        nearest.note_tried(SimpleNamespace(chain=chain, variable=0, direction=direction), end, probability, lost)
-
-    tried((DIM, LIT), 1, 0.4, 0.7)
-    tried((DIM, LIT), 1, 0.6, 0.5)
-    tried((SWITCH, ON), 1, 0.1, 0.9, ON)
-    tried((SWITCH,), 1, 0.3, 0.25)
-    tried((DIM, LIT), -1, 0.2, 0.8)
-    nearest.note({**LAMP_START, "lamp": np.array([near])}, (0,), LIT)
-    head, *rest = failure_tree(nearest)
-    assert head.endswith(f": never met, nearest {near:g}, {0.3 if up else 0.5:g} short")
-    assert rest == (
-        [
-            "  robot->switch->lamp: tried 1 times, never began, probability at best 0.9; "
-            "at best switch->lamp was inactive",
-            "    robot->switch: tried 1 times, drove it to 0.3, probability at best 0.25",
-            "  robot->dimmer->lamp: tried 2 times, drove it to 0.6, probability at best 0.7",
-        ]
-        if up
-        else ["  robot->dimmer->lamp: tried 1 times, drove it to 0.2, probability at best 0.8"]
-    )
-
-
-def test_a_condition_that_holds_or_that_nothing_drives_says_so():
-    goal = parse_goal(["dimmer.x <= 0.35", "lamp.light >= 0.5"], lamp(), LAMP_START)
-    nearest = Nearest(lamp(), goal, LAMP_START)
-    nearest.note(LAMP_START, (1,), None)
-    assert failure_tree(nearest) == (
-        "dimmer.x <= 0.35 m: met by itself, nearest 0.3",
-        "lamp.light >= 0.5: never met, nearest 0, 0.5 short",
-        "  nothing drives it up",
-    )
+def test_only_drives_of_the_variable_in_the_direction_that_was_needed_are_told_likeliest_first():
+    model = lamp()
+    goal = parse_goal(["lamp.light >= 0.99"], model, LAMP_START)
+    nearest = Nearest(model, goal, LAMP_START)
+    light = model.graph.objects["lamp"].observable.index("light")
+    chains = [(a, b) for b in model.graph.incoming("lamp") for a in model.graph.incoming(b.parent)]
+    first, *_ = chains
+    longer = (*first, first[-1])
+    before = (first[0],)
+    nearest.tried = {
+        (first, light, 1): Tried(2, 0.25, 0.5, None),
+        (longer, light, 1): Tried(3, 0.75, None, first[-1]),
+        (first, light, -1): Tried(4, 0.9, 0.1, None),
+        (before, 0, 1): Tried(5, 0.5, 0.3, None),
+    }
+    nearest.closest = [0.4]
+    head, *lines = failure_tree(nearest)
+    assert "never met" in head and head.endswith("0.4 short")
+    way, lost = "->".join([first[0].parent, first[0].child, first[-1].child]), first[-1]
+    assert lines == [
+        f"  {way}->{lost.child}: tried 3 times, never began, probability at best 0.75; "
+        f"at best {lost.name} was inactive",
+        f"    {first[0].name}: tried 5 times, drove it to 0.3, probability at best 0.5",
+        f"  {way}: tried 2 times, drove it to 0.5, probability at best 0.25",
+    ]
+    nearest.tried = {}
+    assert failure_tree(nearest)[1:] == ("  nothing drives it up",)

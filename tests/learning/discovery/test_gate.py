@@ -60,3 +60,30 @@ def test_where_no_input_may_be_used_it_stays_open_whatever_speaks_for_it() -> No
         np.ones(4), np.zeros(1, dtype=bool)
     )
     assert (gate.faces, value) == (0, 4.0)
+
+
+def faces_of(evidence: list[float], values: list[float]) -> tuple[float, float]:
+    gate, _ = searched(np.array(values)[:, None], "a", (1.0,), np.array(evidence))
+    return float(gate.low[0]), float(gate.high[0])
+
+
+def test_a_face_lies_between_the_rows_that_speak_nearest_on_either_side() -> None:
+    """Rows that say little may lie on either side; those further away don't count."""
+    values = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 30.0]
+    low, high = faces_of([-9, -9, -9, 0.1, 5, 5, 5, 5, 0.1, -9, -9, -9], values)
+    assert (low, high) == (3.1, 7.9), "of a narrow region not further than a share of its width"
+    low, high = faces_of([-9, -9, -9, 5, 5, 5, 5, 5, 5, -9, -9, -9], values)
+    assert (low, high) == (2.5, 8.5)
+    assert faces_of([-9, -9, -9, 5, 5, 5, 5, 5, 5, 5, 5, 5], values) == (2.5, np.inf)
+    assert faces_of([5, 5, 5, 5, 5, 5, 5, 5, 5, -9, -9, -9], values) == (-np.inf, 8.5)
+
+
+def test_a_lone_row_that_speaks_gets_the_middle_of_its_gaps() -> None:
+    assert faces_of([-9, -9, 9, -9, -9], [0.0, 1.0, 3.0, 7.0, 20.0]) == (2.0, 5.0)
+
+
+def test_a_row_on_a_face_is_inside() -> None:
+    gate = Gate(np.array([0.0, -np.inf]), np.array([1.0, np.inf]))
+    rows = np.array([[0.0, 5.0], [1.0, -5.0], [-0.1, 0.0], [1.1, 0.0]])
+    assert gate.holds(rows).tolist() == [True, True, False, False]
+    assert (gate.used.tolist(), gate.faces) == ([True, False], 2)

@@ -81,3 +81,27 @@ def test_a_robot_that_may_turn_but_did_not_sways_nothing() -> None:
     assert found.sway.shape == (2, 2)
     np.testing.assert_allclose(found.turn, turned_by(0.5), atol=0.1)
     np.testing.assert_allclose(found.sway, 0.0, atol=0.02)
+
+
+def test_between_unlike_axes_the_turn_is_any_linear_map_and_a_turning_hand_sways_the_box() -> None:
+    """A box on a table of two coordinates, swept along by an arm of three that turns: what turns it is told apart."""
+    rng = np.random.default_rng(2)
+    roll = Variable("roll", "rad", -np.pi, np.pi, "angle", Role("orientation", "robot", "x"))
+    spaces = {
+        "hand": StateSpace("hand", (*place("robot", "x", "y", "z"), roll)),
+        "box": StateSpace("box", place("table", "x", "y")),
+    }
+    hand = np.cumsum(0.03 * rng.normal(size=(ROWS, 3)), axis=0)
+    angle = np.cumsum(0.2 * rng.normal(size=ROWS) * (np.arange(ROWS) >= ALONE))
+    turn, sway = np.array([[0.0, 1.0, 0.2], [-1.0, 0.0, 0.5]]), np.array([[0.1, 0.0], [0.0, 0.1]])
+    box = hand @ turn.T + np.c_[np.cos(angle), np.sin(angle)] @ sway.T + [0.4, -0.2]
+    states = {"hand": np.c_[hand, angle], "box": box}
+    made = make_log([RawPiece("p", states)], spaces, "hand", {})
+    made.noise["hand"][:] = NOISE  # too much goes on for it to be seen
+    found = tick_alignment(made, "hand", "box", np.ones(len(made.t), dtype=bool))
+    assert found is not None
+    np.testing.assert_allclose(found.turn, turn, atol=1e-3)
+    np.testing.assert_allclose(found.sway, sway, atol=2e-3)
+    np.testing.assert_allclose(found.shift, [0.4, -0.2], atol=5e-3)
+    assert found.rows > ROWS - ALONE
+    assert found.unexplained < 1e-3

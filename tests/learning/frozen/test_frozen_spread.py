@@ -50,6 +50,14 @@ def test_process_spread_is_sklearns(kernel: object, normalize: bool) -> None:
     np.testing.assert_allclose(freeze(fitted).batch_spread(rows), expected, rtol=1e-5)
 
 
+def test_a_given_spread_scales_with_the_outputs() -> None:
+    x, y = table(3)
+    model = freeze(Ridge().fit(x, y), residual_std=np.array([0.1, 0.4]))
+    scaled = model.rescaled(np.array([2.0, 0.5]), np.array([1.0, -1.0]))
+    np.testing.assert_allclose(scaled.batch_spread(x), np.tile([0.2, 0.2], (len(x), 1)))
+    np.testing.assert_allclose(scaled.batch(x), model.batch(x) * [2.0, 0.5] + [1.0, -1.0])
+
+
 @pytest.mark.parametrize("make", [PolynomialRegressor, lambda: PolynomialGaussianProcess(1, max_iter=10)])
 def test_spread_scales_with_the_target(make: object) -> None:
     x, y = table(2)
@@ -66,9 +74,6 @@ def test_given_residual_std_is_the_spread_of_models_without_one() -> None:
     assert model.has_spread
     np.testing.assert_array_equal(model.batch_spread(x[:4]), np.tile([0.1, 0.2], (4, 1)))
     np.testing.assert_array_equal(freeze(forest, residual_std=0.3).spread(x[0]), [0.3, 0.3])
-    scaled = model.rescaled(np.array([2.0, 5.0]), np.array([1.0, -1.0]))
-    np.testing.assert_allclose(scaled.spread(x[0]), [0.2, 1.0])
-    np.testing.assert_allclose(scaled.batch(x[:4]), model.batch(x[:4]) * [2.0, 5.0] + [1.0, -1.0])
     assert not freeze(forest).has_spread
     with pytest.raises(InputError, match="no predictive spread.*residual_std"):
         freeze(forest).spread(x[0])

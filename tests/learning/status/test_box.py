@@ -40,6 +40,17 @@ def test_a_face_is_near_the_middle_of_a_gap_without_samples() -> None:
     np.testing.assert_array_equal(box.predict([[1.15], [-1.15]]), False)
 
 
+def test_where_only_a_share_of_what_is_inside_is_active_the_box_is_where_that_share_is_large() -> None:
+    """Half of the rows up to 1 are active and a sixteenth of those up to 1.5: to a box around 1, those are slips."""
+    inside, beside, outside = np.linspace(-1.0, 1.0, 400), np.linspace(1.01, 1.5, 96), np.linspace(1.51, 3.0, 300)
+    x = np.concatenate([inside, beside, outside, -outside])
+    y = np.zeros(len(x), dtype=bool)
+    y[:400:2], y[400:496:16] = True, True
+    box = BoxClassifier(partial=True).fit(x[:, None], y)
+    assert 0.95 < box.upper_[0] < 1.1
+    assert -1.6 < box.lower_[0] < -0.95
+
+
 def test_a_few_wrong_labels_move_no_face() -> None:
     rng = np.random.default_rng(1)
     x = rng.uniform(-2, 2, (600, 2))

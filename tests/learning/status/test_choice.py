@@ -93,3 +93,15 @@ def test_what_one_wrong_flag_would_make_up_chooses_no_input(
     monkeypatch.setattr(choice, "_gains", lambda *_, **__: np.array(gains))
     one = Candidate(SimpleNamespace(), np.zeros((100, 1)), np.ones(1))  # type: ignore[arg-type]
     assert (choice._further([], [one], by_role=True) is one) is chosen
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_of_two_that_tell_about_the_same_the_one_that_is_listed_first_is_taken(order: tuple[int, int]) -> None:
+    rng = np.random.default_rng(5)
+    near = np.concatenate([np.repeat(rng.uniform(-1, 1, 20), 12) for _ in range(6)])
+    truth, piece = np.abs(near) < 0.4, np.repeat(np.arange(6), 240)
+    first = near[:, None] + NOISE * rng.normal(size=(len(near), 1))
+    readings = [first, first + 0.1 * NOISE * rng.normal(size=first.shape)]
+    candidates = [Candidate(ValueInput("thing", i, str(i)), readings[i], np.full(1, NOISE)) for i in order]
+    choice = InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool))
+    assert [c.item.label for c in choice.choose(candidates)] == [str(order[0])]

@@ -5,8 +5,9 @@ import pandas as pd
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.data import collect
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.learning.status.events import SwitchingWindow, collect_windows
+from ichain_drake.learning.status.events import SwitchingWindow, collect_examples, collect_windows
 from ichain_drake.state import StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -55,3 +56,22 @@ def test_an_attempt_that_failed_before_is_no_part_of_it() -> None:
     assert rows_of(on)[0] == 6
     assert rows_of(on)[on.event] == 9
     assert on.root[:3, 1].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_examples_are_the_rows_around_each_event_and_samples_of_either_status() -> None:
+    parts = []
+    for k, flags in enumerate(("0001100", "0110000", "0000000")):
+        rows = np.arange(len(flags)) + 10.0 * k
+        on = [float(c) for c in flags]
+        table = {"time": TICK * np.arange(len(flags)), "hand.x": rows, "hand.grip": on, "box.x": 0.1 * rows}
+        table |= {"lid.x": 0.0 * rows, "hand->box": on, "box->lid": on}
+        parts.append(Demonstration(pd.DataFrame(table), {}, f"piece_{k}"))
+    found = collect_examples(collect(parts, GRAPH), EDGE)
+    for part, rows in ((found.activations, [3, 1]), (found.deactivations, [5, 3])):
+        assert dict(zip(part.pieces, part.rows, strict=True)) == {"piece_0": rows[0], "piece_1": rows[1]}
+        at = np.array([row + 10 * (name == "piece_1") for name, row in zip(part.pieces, part.rows, strict=True)])
+        np.testing.assert_array_equal(part.after["hand"][:, 0], at)
+        np.testing.assert_array_equal(part.before["hand"][:, 0], at - 1)
+        np.testing.assert_allclose(part.before["box"][:, 0], 0.1 * (at - 1))
+    assert sorted(found.active["hand"][:, 0]) == [3, 4, 11, 12]
+    assert len(found.inactive["hand"]) == 17

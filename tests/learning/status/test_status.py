@@ -7,6 +7,8 @@ import small_job
 
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel
+from ichain_drake.learning.settings import LEARNING
+from ichain_drake.learning.status.status import _held, left_out_folds
 
 EDGE = Interaction.parse("tap->box")
 
@@ -45,3 +47,22 @@ def test_without_a_margin_the_past_does_not_count() -> None:
     states = along_a_line(model)
     was = {e: np.ones(201, dtype=bool) for e in model.graph.interactions}
     np.testing.assert_array_equal(model.active(states, was)[EDGE], model.active(states)[EDGE])
+
+
+def test_a_status_that_holds_is_let_go_beyond_its_margin_alone() -> None:
+    decisions = np.array([-0.1, -0.3, 0.2, -0.1, -0.2, -0.25, -0.1, 0.0])
+    assert _held(decisions, 0.2).tolist() == [False, False, True, True, True, False, False, True]
+    assert _held(decisions, 0.0).tolist() == (decisions >= 0).tolist()
+    assert _held(np.array([0.0, -0.1]), 0.1).tolist() == [True, True]
+
+
+def test_pieces_are_left_out_whole_with_the_active_rows_dealt_evenly() -> None:
+    active = {0: 8, 1: 7, 2: 5, 3: 4, 4: 3, 5: 2, 6: 0, 7: 0}
+    piece = np.repeat(list(active), 10)
+    truth = np.concatenate([np.arange(10) < n for n in active.values()])
+    fold = left_out_folds(truth, piece)
+    of_piece = {int(p): {int(f) for f in fold[piece == p]} for p in active}
+    assert all(len(f) == 1 for f in of_piece.values())
+    assert [min(of_piece[p]) for p in range(6)] == [0, 1, 2, 3, 4, 4], "the most go to where fewest are"
+    few = left_out_folds(truth & (piece < LEARNING.folds - 1), piece)
+    assert set(few) == set(range(LEARNING.folds)), "blocks where few pieces show any"

@@ -1,6 +1,8 @@
 """Evaluation of goals: which lines there are, what a row says, and figures of classifiers that mean something."""
 
+from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,7 +16,7 @@ from ichain_drake.learning import InteractionModel
 from ichain_drake.objects import Region
 from ichain_drake.runs.goals.evaluation import GoalEvaluation, check_graph_evaluation, score_classifiers
 from ichain_drake.runs.goals.status_accuracy import count_events, held_out_scores, probe_scores
-from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, without_roles
+from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, timed_trial, without_roles
 from ichain_drake.runs.goals.variants import METHODS, choose_variants, piece_order, possible_variants
 from ichain_drake.systems.water_dispenser.layout import LAYOUT
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
@@ -61,18 +63,23 @@ def test_what_can_not_be_evaluated(methods, trials, message):
 
 
 @pytest.mark.parametrize(
-    ("methods", "shared", "scores", "needed"),
-    [
-        ((), False, True, True),
-        (("classifiers",), False, True, True),
-        (("monitors", "pieces/6 pieces"), False, False, True),
-        (("monitors/none", "no_roles"), False, False, False),
-        (("monitors/none",), True, False, True),
-    ],
+    ("methods", "needed"),
+    [((), True), (("classifiers",), True), (("pieces/6 pieces",), True), (("monitors/none", "no_roles"), False)],
 )
-def test_what_is_learned_from_demonstrations_that_runs_share_needs_them(methods, shared, scores, needed):
-    what = GoalEvaluation(SCENARIO, (), GOAL, 1, methods, shared=shared, fresh=True)
-    assert (what.wants_scores, what.needs_shared) == (scores, needed)
+def test_only_what_learns_from_shared_pieces_needs_them(methods: tuple[str, ...], needed: bool):
+    what = GoalEvaluation(SCENARIO, (), GOAL, 1, methods, shared=False, fresh=True)
+    assert what.needs_shared == needed
+    assert replace(what, shared=True).needs_shared
+
+
+def test_a_trial_that_breaks_off_is_a_row_with_its_reason_and_took_no_planning():
+    def broken(overrides, physics, seed):
+        raise InputError(f"no such world: {overrides}, {physics}, {seed}")
+
+    row, seconds = timed_trial(replace(trial(3, "a.b=1"), kind=broken), SimpleNamespace())
+    assert seconds == 0.0
+    assert row == trial(3).row() | {"reason": "no such world: ('a.b=1',), ideal, 0", "cause": "error"}
+    assert (row["success"], row["seed"], row["pieces"]) == (False, 3, 16)
 
 
 def test_cases_that_a_physics_has_not_are_left_out_and_said():

@@ -4,22 +4,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import small_world
 from lamp import LampScenario
 
 import ichain_drake as ic
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.plan import Condition, Goal
-from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.graph import Interaction
 from ichain_drake.runs.goals.output import (
     _contents,
+    _spans,
     flags_of,
     make_graph_recording,
     write_graph_pictures,
     write_graph_recording,
 )
 from ichain_drake.simulation.episode import EpisodeLog
-from ichain_drake.state import Role, StateSpace, Variable
 
 FRAMES = 4
 GOAL = Goal(
@@ -86,19 +85,6 @@ def test_strips_show_what_the_goal_names_with_its_range(run: ic.GraphRun) -> Non
     np.testing.assert_array_equal(place.values, [0.35, 0.45, 0.45, 0.45])
 
 
-def test_contents_are_shown_by_their_roles(run: ic.GraphRun) -> None:
-    """Amounts and what mixes with them, in truth, but nothing hidden and no change of them."""
-    assert not {"lamp light", "dimmer x"} & set(shown(run))
-    hidden = Variable("rest", "l", role=Role("amount"), hidden=True)
-    spaces = dict(small_world.GRAPH.objects)
-    spaces["tap"] = StateSpace("tap", (*spaces["tap"].variables, hidden))
-    graph = InteractionGraph(spaces, small_world.GRAPH.interactions)
-    states = {n: np.arange(2.0 * len(s)).reshape(2, -1) for n, s in spaces.items()}
-    log = EpisodeLog(np.arange(2) / 30, states, {}, {}, np.zeros((2, 4)))
-    found = {name: list(readout.values) for name, readout in _contents(log, graph).items()}
-    assert found == {"box water": [3, 9], "box heat": [4, 10], "tap stock": [0, 4], "tap heat": [1, 5]}
-
-
 def test_flags_are_the_truth_of_each_interaction(run: ic.GraphRun) -> None:
     assert run.log is not None
     flags = flags_of(run.log, LampScenario.graph)
@@ -106,6 +92,30 @@ def test_flags_are_the_truth_of_each_interaction(run: ic.GraphRun) -> None:
         "hand->dimmer": [1, 1, 0, 0], "hand->switch": [0, 0, 0, 0], "dimmer->lamp": [0, 0, 0, 0],
         "switch->lamp": [0, 1, 1, 0],
     }  # fmt: skip
+
+
+def test_amounts_and_what_is_dissolved_in_them_are_read_out_and_nothing_that_is_hidden() -> None:
+    cup = ic.StateSpace(
+        "cup",
+        (
+            ic.Variable("x", "m", role=ic.Role("position", "robot", "x")),
+            ic.Variable("water", "l", role=ic.Role("amount")),
+            ic.Variable("heat", "degC", role=ic.Role("intensive", of="water")),
+            ic.Variable("leak", "l", role=ic.Role("amount"), hidden=True),
+        ),
+    )
+    graph = ic.InteractionGraph({"hand": LampScenario.spaces["hand"], "cup": cup}, ["hand->cup"])
+    states = {"hand": np.zeros((2, len(graph.objects["hand"]))), "cup": np.arange(8.0).reshape(2, 4)}
+    found = _contents(EpisodeLog(np.arange(2) / 30, states, {}, {}, np.zeros((2, 3))), graph)
+    assert {n: (list(r.values), r.unit) for n, r in found.items()} == {
+        "cup water": ([1.0, 5.0], "l"), "cup heat": ([2.0, 6.0], "degC"),
+    }  # fmt: skip
+
+
+def test_where_a_flag_holds_is_told_by_start_and_duration() -> None:
+    assert _spans([False, True, True, False, True], 0.5) == [(0.5, 1.0), (2.0, 0.5)]
+    assert _spans([True], 2.0) == [(0.0, 2.0)]
+    assert _spans([False], 2.0) == []
 
 
 def test_a_run_that_logged_nothing_has_no_recording(tmp_path: Path) -> None:
