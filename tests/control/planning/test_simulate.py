@@ -5,6 +5,7 @@ import pytest
 from toy_models import ToyModel
 
 from ichain_drake.control.planning.drive_option import DriveOption
+from ichain_drake.control.planning.drive_run import Run
 from ichain_drake.control.planning.plan import Condition
 from ichain_drake.control.planning.simulate import simulate
 from ichain_drake.control.settings import PLANNING
@@ -16,7 +17,7 @@ OPEN = Interaction("robot", "tank")
 
 def lever(flow: float = 0.1, brim: float = np.inf) -> ToyModel:
     """A tank that fills the faster the further a robot has moved a lever; it goes 0.1 a tick."""
-    level = Variable("level", upper=brim)
+    level = Variable("level", lower=0.0, upper=brim)
     spaces = {"robot": StateSpace("robot", (Variable("x", "m"),)), "tank": StateSpace("tank", (level,))}
     shown = [{"robot": [x], "tank": [level]} for x, level in ((0.0, 0.0), (1.0, 3.0))]
     return ToyModel(
@@ -63,3 +64,22 @@ def test_a_drive_ends_where_its_variable_does_not_change_any_more() -> None:
     (full,) = simulate(model, [(start, drive)], start["robot"], [])[0]  # type: ignore[arg-type]
     assert full.end == pytest.approx(1.0)
     assert 10 <= full.ticks <= 10 + 3 * PLANNING.window
+
+
+@pytest.mark.parametrize(
+    ("level", "change", "ticks"),
+    [
+        (0.5, 0.0199, 3),
+        (0.5, -0.0199, 3),
+        (0.5, 0.0001, 2 * PLANNING.probe),
+        (0.98, 0.005, 4),
+        (0.012, -0.005, 2),
+        (0.5, 0.3, 1),
+    ],
+)
+def test_ticks_are_taken_at_once_while_changes_are_small_and_no_bound_is_near(level, change, ticks) -> None:
+    """A fiftieth of the range that was shown, 3 here."""
+    model, here = lever(brim=1.0), {"robot": np.ones(1), "tank": np.zeros(1)}
+    run = Run(model, [(here, DriveOption((OPEN,), 0, 1, 0.1, None, here, here))], np.zeros(1))  # type: ignore[arg-type]
+    before = {"robot": np.ones((1, 1)), "tank": np.array([[level]])}
+    assert run.leap(before, before | {"tank": np.array([[level + change]])}).tolist() == [ticks]
