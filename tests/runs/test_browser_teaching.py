@@ -147,11 +147,14 @@ def test_nothing_moves_while_nobody_looks(scenario, tmp_path):
     for _ in range(21):
         session._frame()
     session._leave()
+    session._press(RECORD.name)
+    session._leave()
     session.view.close()
+    assert any("joystick-002 was too short to keep" in line for line in said)
     assert [p.name for p in session.pieces.saved] == ["joystick-001"]
     assert len(session.pieces.saved[0]) == 3
     assert (tmp_path / "joystick-001.parquet").is_file()
-    assert sum("nobody looks" in line for line in said) == 2
+    assert sum("nobody looks" in line for line in said) == 3
 
 
 def test_a_piece_that_cannot_be_written_is_not_lost(scenario, tmp_path):
