@@ -159,7 +159,9 @@ def _prepare(what: GoalEvaluation, backend: Backend, say: Say, found: dict[str, 
         record = (delayed(record_pieces)(kind, overrides, scenario.physics, s) for s in seeds)
         (pieces, *held_out) = run_all(record, backend, "recording demonstrations")
 
-    variants = possible_variants(choose_variants(what.methods, scenario, len(pieces)), scenario, overrides, found["skipped"])
+    variants = possible_variants(
+        choose_variants(what.methods, scenario, len(pieces)), scenario, overrides, found["skipped"]
+    )
     work: list[FreshSeed | SharedTrial] = []
     if what.fresh:
         seeds = [scenario.seed + k for k in range(what.trials)]

@@ -134,7 +134,9 @@ def test_without_evidence_a_stretch_goes_with_most_of_its_rows() -> None:
         np.testing.assert_array_equal(on, expected & (np.arange(ROWS) >= 40) & (np.arange(ROWS) < 80))
 
 
-def test_an_object_that_only_a_gate_looks_at_shares_the_status_and_so_does_the_cause_of_what_a_child_does_alone() -> None:
+def test_an_object_that_only_a_gate_looks_at_shares_the_status_and_so_does_the_cause_of_what_a_child_does_alone() -> (
+    None
+):
     made = log()
     said, faces = np.full(ROWS - 1, 2.0), {"lid.open": (0.5025, np.inf)}
     found = flags(made, term(made, said, faces))

@@ -47,7 +47,11 @@ def test_the_lines_of_the_table():
     ("methods", "trials", "message"),
     [
         (["magic"], 1, "there is no method 'magic'; there are monitors, no_monitors"),
-        (["monitors/quake"], 1, "method monitors has no case 'quake'; it has none, slip, knock, stiff, dropout, moved, noise$"),
+        (
+            ["monitors/quake"],
+            1,
+            "method monitors has no case 'quake'; it has none, slip, knock, stiff, dropout, moved, noise$",
+        ),
         (["classifiers/none"], 1, "method classifiers has no case 'none'; it has none$"),
         ([], 0, "give numbers from 1"),
         ([], 901, "at most 900 runs of one seed; choose another --seed"),
