@@ -18,6 +18,7 @@ from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.rules import without
 from ichain_drake.state import Role, StateSpace, Variable
 
 SKILLS = Skills({}, {})
@@ -243,3 +244,22 @@ def test_what_does_not_move_at_all_has_stopped_when_that_would_be_seen() -> None
     assert not task._stalled(0.1 + 1.2 * LEARNING.slight * 0.04 * np.arange(80), 1e-4, 1.0, 0.4)
     loud = 0.04 * 40.0  # noise in which windows have to be longer
     assert not task._stalled(values[: 2 * w + 2], loud, 1.0, 0.4)
+
+
+def test_how_fast_it_goes_is_told_by_two_means_that_do_not_share_a_reading() -> None:
+    """After four readings there is no second mean yet: .26 would be reached in a tick, but nothing tells how fast."""
+    assert drive(DriveTask(CHAIN[0], step=fill(0.26)), 0.1 + 0.05 * np.arange(30)) == (DONE, 5)
+
+
+def test_with_a_rule_switched_off_it_is_as_without_it() -> None:
+    model, step, now = jug()
+    task = DriveTask(step.chain[0], step=step, goal=np.array([0.6]), arrived=True)
+    view = View(model, SKILLS, [now] * 3, now["robot"])
+    with without(["push_further", "carry_further", "over_on_the_way", "stalled"]):
+        assert not task._further(view)
+        assert not task._carry_further(view)
+        assert not task._stalled(np.full(80, 0.3), 1e-4, 1.0, 0.4)
+        assert over_on_the_way([0.1, 0.5, 0.6, 0.6]) == [False] * 4
+        assert not task.pushed
+    assert over_on_the_way([0.1, 0.5, 0.6, 0.6])[-1]
+    assert task._carry_further(view)

@@ -14,6 +14,7 @@ from ichain_drake.runs.paths.evaluation import (
     check_evaluation,
     evaluate_paths,
     learn_variant,
+    monolithic,
     shorten,
 )
 from ichain_drake.runs.paths.summary import summarise
@@ -122,3 +123,12 @@ def test_nothing_beyond_the_samples_of_a_row_is_used_for_it() -> None:
         np.testing.assert_array_equal(one.child_limit, same.child_limit)
         for key, array in one.forward.model.frozen.arrays().items():
             np.testing.assert_array_equal(array, same.forward.model.frozen.arrays()[key])
+
+
+def test_without_a_factoring_the_robot_moves_the_target_by_the_last_links_candidates():
+    scenario, last = CarGame((), "ideal"), object()
+    graph, candidates = monolithic(scenario, {"joystick->car": last, "hand->joystick": object()})
+    assert set(graph.objects) == {scenario.graph.root, "car"}
+    (edge,) = graph.interactions
+    assert (edge.parent, edge.child) == (scenario.graph.root, "car")
+    assert candidates == {edge.name: last}
