@@ -10,7 +10,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from ichain_drake.errors import InputError
 
@@ -87,22 +87,56 @@ def read_whole(file: Path, what: str, most: int = MOST_BYTES) -> bytes:
     Raises:
         InputError: if it can't be read, is no ordinary file, or is larger.
     """
+    with opened(file, what) as stream:
+        size = os.fstat(stream.fileno()).st_size
+        if size > most:
+            raise InputError(
+                f"{file}: can't read {what}: {size / 1e6:.0f} MB, and {most / 1e6:.0f} are read at most; "
+                "split it into pieces"
+            )
+        return stream.read(size)  # a larger number would be asked for as memory at once
+
+
+@contextmanager
+def opened(file: Path, what: str) -> Iterator[BinaryIO]:
+    """An ordinary file, open for reading. A named pipe or a device is refused: reading it could last for ever.
+
+    Args:
+        file: which.
+        what: it should be, for errors.
+
+    Raises:
+        InputError: if it is no ordinary file, or it or what is done with it meets an error of the system.
+    """
     try:
         # Opening a pipe waits for somebody at its other end, unless asked not to.
         with os.fdopen(os.open(file, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as stream:
-            state = os.fstat(stream.fileno())
-            if not stat.S_ISREG(state.st_mode):
+            if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
                 raise InputError(f"{file}: can't read {what}: it is a pipe or a device; give an ordinary file")
-            if state.st_size > most:
-                raise InputError(
-                    f"{file}: can't read {what}: {state.st_size / 1e6:.0f} MB, and {most / 1e6:.0f} are read at most; "
-                    "split it into pieces"
-                )
-            return stream.read(state.st_size)  # a larger number would be asked for as memory at once
+            yield stream
     except InputError:
         raise
     except (OSError, ValueError) as error:  # a name with a zero byte is a ValueError
         raise InputError(f"{file}: can't read {what}: {reason_of(error)}") from None
+
+
+class FileBytes:
+    """The bytes of an open file as those of a text in memory, of which only what is asked for is read.
+
+    Args:
+        stream: of an ordinary file.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._number = stream.fileno()
+        self._size = os.fstat(self._number).st_size
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getitem__(self, part: slice) -> bytes:
+        first, end, _ = part.indices(self._size)
+        return os.pread(self._number, max(0, end - first), first)
 
 
 def read_json(file: Path, what: str, most: int = MOST_JSON) -> Any:

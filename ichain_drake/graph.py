@@ -105,7 +105,7 @@ class InteractionGraph:
         for name in self.objects:
             if not name or "->" in name:
                 raise InputError(f"object name {name!r}: give a non-empty name without '->'")
-        edges: list[Interaction] = []
+        edges: dict[Interaction, None] = {}
         for item in interactions:
             if isinstance(item, str):
                 edge = Interaction.parse(item)
@@ -122,7 +122,7 @@ class InteractionGraph:
                 raise InputError(f"interaction {edge.name}: an object can't act on itself; use its passive dynamics")
             if edge in edges:
                 raise InputError(f"interaction {edge.name} is declared twice")
-            edges.append(edge)
+            edges[edge] = None
         self.interactions: tuple[Interaction, ...] = tuple(edges)
         self.root = self._find_root()
         lost = set(self.objects) - {self.root} - set(nx.descendants(self.digraph, self.root))
@@ -159,15 +159,34 @@ class InteractionGraph:
 
     def parents(self, child: str) -> tuple[str, ...]:
         """Parents of an object in declared order: the factors of its action set (paper eq. 3)."""
-        return tuple(e.parent for e in self.interactions if e.child == child)
+        return tuple(e.parent for e in self.incoming(child))
 
     def children(self, parent: str) -> tuple[str, ...]:
         """Children of an object in declared order."""
-        return tuple(e.child for e in self.interactions if e.parent == parent)
+        return self._children.get(parent, ())
 
     def incoming(self, child: str) -> tuple[Interaction, ...]:
         """Interactions that act on an object, in declared order."""
-        return tuple(e for e in self.interactions if e.child == child)
+        return self._incoming.get(child, ())
+
+    @cached_property
+    def _incoming(self) -> dict[str, tuple[Interaction, ...]]:
+        found: dict[str, list[Interaction]] = {}
+        for e in self.interactions:
+            found.setdefault(e.child, []).append(e)
+        return {child: tuple(edges) for child, edges in found.items()}
+
+    @cached_property
+    def _children(self) -> dict[str, tuple[str, ...]]:
+        found: dict[str, list[str]] = {}
+        for e in self.interactions:
+            found.setdefault(e.parent, []).append(e.child)
+        return {parent: tuple(children) for parent, children in found.items()}
+
+    @cached_property
+    def edges(self) -> frozenset[Interaction]:
+        """The interactions, to look whether one is among them."""
+        return frozenset(self.interactions)
 
     def origin_for(self, edge: Interaction) -> Origin | None:
         """What the parent's positions are relative to: the child's declared origin.
@@ -204,10 +223,10 @@ class InteractionGraph:
     @cached_property
     def components(self) -> tuple[tuple[str, ...], ...]:
         """Strongly connected components in topological order, members in declared order."""
-        order = list(self.objects)
+        place = {name: k for k, name in enumerate(self.objects)}
         condensed = nx.condensation(self.digraph)
         return tuple(
-            tuple(sorted(condensed.nodes[c]["members"], key=order.index)) for c in nx.topological_sort(condensed)
+            tuple(sorted(condensed.nodes[c]["members"], key=place.__getitem__)) for c in nx.topological_sort(condensed)
         )
 
     def dot(self) -> str:

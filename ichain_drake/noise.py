@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 Purpose = Literal["process", "measurement"]
 _PURPOSES: dict[str, int] = {"process": 0, "measurement": 1}
@@ -38,13 +39,39 @@ class NoiseStream:
     """
 
     def __init__(self, seed: int, object_id: int, purpose: Purpose, ids: tuple[int, ...]) -> None:
-        self._key = (int(seed), int(object_id), _PURPOSES[purpose], tuple(int(i) for i in ids))
+        self.key = (int(seed), int(object_id), _PURPOSES[purpose], tuple(int(i) for i in ids))
 
     def __len__(self) -> int:
-        return len(self._key[3])
+        return len(self.key[3])
 
     def at(self, frame: int) -> FloatArray:
         """Noise of one 30 Hz frame, shape (n_streams,), mean 0 and variance 1."""
-        if not self._key[3]:
+        if not self.key[3]:
             return np.zeros(0)
-        return _block(*self._key, frame // _BLOCK)[frame % _BLOCK]
+        return _block(*self.key, frame // _BLOCK)[frame % _BLOCK]
+
+
+class NoiseRows:
+    """The same stream of several runs, a row each: to the bit what each `NoiseStream` gives.
+
+    Args:
+        streams: of one length.
+    """
+
+    def __init__(self, streams: Sequence[NoiseStream]) -> None:
+        self._streams = list(streams)
+        self._number, self._values = -1, np.zeros((len(self._streams), _BLOCK, len(self._streams[0])))
+
+    def at(self, frame: int) -> FloatArray:
+        """Noise of one 30 Hz frame, shape (n_runs, n_streams)."""
+        number, place = divmod(frame, _BLOCK)
+        if number != self._number and self._values.size:
+            self._number = number
+            for row, stream in zip(self._values, self._streams, strict=True):
+                row[:] = _block.__wrapped__(*stream.key, number)  # many runs would push each other out of the cache
+        return self._values[:, place]
+
+    def keep(self, rows: BoolArray) -> None:
+        """Go on with some of the runs; shape (n_runs,)."""
+        self._streams = [s for s, kept in zip(self._streams, rows, strict=True) if kept]
+        self._values = self._values[rows]

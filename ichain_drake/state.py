@@ -85,6 +85,9 @@ def wrap_angle(angle: ArrayLike) -> FloatArray:
     Returns:
         The same shape [rad].
     """
+    if isinstance(angle, float):  # to the same bits, in a fraction of the time
+        turned = (angle + math.pi) % (2 * math.pi) - math.pi
+        return np.float64(turned if turned < math.pi else -math.pi)  # type: ignore[return-value]
     wrapped = (np.asarray(angle, dtype=float) + math.pi) % (2 * math.pi) - math.pi
     # The remainder of a tiny negative number rounds up to 2 pi.
     if not wrapped.ndim:
@@ -95,10 +98,10 @@ def wrap_angle(angle: ArrayLike) -> FloatArray:
 def columns(state: FloatArray) -> list[FloatArray]:
     """The variables of a state, shape (..., n_variables), one by one, each of shape (...).
 
-    Without a batch they are numbers: numpy computes with these several times faster than with arrays of no dimension,
-    and to the same bits.
+    Without a batch they are Python's numbers: computing with these is many times faster than with arrays of no
+    dimension, and several times faster than with numpy's own numbers, to the same bits.
     """
-    return list(state) if state.ndim == 1 else [state[..., i] for i in range(state.shape[-1])]
+    return state.tolist() if state.ndim == 1 else [state[..., i] for i in range(state.shape[-1])]
 
 
 @dataclass(frozen=True)

@@ -27,15 +27,24 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def results() -> dict[str, Any]:
-    sizes = BenchmarkSizes(("learning.samples=80",), seconds=1.0, repeats=1, ticks=4, lengths=(2, 3, 4))
+    sizes = BenchmarkSizes(
+        ("learning.samples=80",), seconds=1.0, repeats=1, ticks=4, lengths=(2, 3, 4), trials=5, alone=2
+    )
     lines: list[str] = []
     out = run_benchmarks(lines.append, sizes)
-    assert len(lines) == 6
+    assert len(lines) == 7
     return out
 
 
 def test_results_are_plain_json(results: dict[str, Any]) -> None:
     assert json.loads(json.dumps(results, allow_nan=False)) == results
+
+
+def test_trials_together_are_what_they_are_alone(results: dict[str, Any]) -> None:
+    together = results["together"]
+    assert (together["equal"], together["compared"], together["trials"]) == (2, 2, 5)
+    assert together["ratio"] > 0
+    assert "2 of 2 compared are equal to the bit" in format_table(results)
 
 
 def test_the_bare_plant_repeats_the_run(results: dict[str, Any]) -> None:

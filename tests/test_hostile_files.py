@@ -29,6 +29,7 @@ from hostile import survives, tried
 from ichain_drake.control.planning.goal_text import read_goal_text
 from ichain_drake.control.tracking.path import read_path
 from ichain_drake.demonstrations import Demonstration, read_demonstration, resample
+from ichain_drake.demonstrations.long_logs import outline_of, read_stretches
 from ichain_drake.demonstrations.parquet import parquet_bytes
 from ichain_drake.demonstrations.reading import prepare
 from ichain_drake.errors import InputError
@@ -133,6 +134,19 @@ def paths(rng: random.Random, place: Path) -> None:
 def parquet(rng: random.Random, place: Path) -> None:
     (place / "a.parquet").write_bytes(damaged(rng, rng.choice(PARQUETS)))
     tried(lambda: used(place / "a.parquet"))
+
+
+def long_logs(rng: random.Random, place: Path) -> None:
+    """Read by parts, as logs beyond memory are."""
+    (place / "a.parquet").write_bytes(damaged(rng, rng.choice(PARQUETS)))
+
+    def read() -> None:
+        rows = outline_of(place / "a.parquet", GRAPH, 2).rows
+        ranges = [(0, 1), (2, rows)] if rows > 2 else [(0, rows)]  # noqa: PLR2004
+        for part in prepare(read_stretches(place / "a.parquet", ranges), GRAPH, resampled=True):
+            part.check(GRAPH)
+
+    tried(read)
 
 
 def arrays(rng: random.Random, place: Path) -> None:
@@ -275,8 +289,8 @@ def resampling(rng: random.Random, place: Path) -> None:
 
 
 READERS: tuple[Callable[[random.Random, Path], None], ...] = (
-    csv, paths, parquet, arrays, recordings, contents, manifests, reports, kept_rows, open_pieces, scenario_files,
-    settings, goals, graph_files, estimators, units, resampling,
+    csv, paths, parquet, long_logs, arrays, recordings, contents, manifests, reports, kept_rows, open_pieces,
+    scenario_files, settings, goals, graph_files, estimators, units, resampling,
 )  # fmt: skip
 
 

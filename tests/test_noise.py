@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ichain_drake.noise import NoiseStream
+from ichain_drake.noise import NoiseRows, NoiseStream
 
 
 def values(stream: NoiseStream, frames: int = 2000) -> np.ndarray:
@@ -54,3 +54,14 @@ def test_an_object_without_noise_has_an_empty_stream() -> None:
 def test_the_shared_cache_can_not_be_changed_through_a_value() -> None:
     with pytest.raises(ValueError, match="read-only"):
         NoiseStream(0, 0, "process", (0,)).at(0)[0] = 1.0
+
+
+def test_rows_are_the_streams_of_their_runs_also_when_some_end() -> None:
+    streams = [NoiseStream(seed, 1, "process", (0, 4)) for seed in range(3)]
+    rows = NoiseRows(streams)
+    for frame in (0, 511, 512, 3):
+        np.testing.assert_array_equal(rows.at(frame), [s.at(frame) for s in streams])
+    rows.keep(np.array([True, False, True]))
+    for frame in (3, 700):
+        np.testing.assert_array_equal(rows.at(frame), [s.at(frame) for s in streams[::2]])
+    assert NoiseRows([NoiseStream(0, 1, "process", ())] * 3).at(7).shape == (3, 0)

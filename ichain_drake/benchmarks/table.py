@@ -11,6 +11,7 @@ def format_table(results: Mapping[str, Any]) -> str:
     parts = (
         _diagram(results["diagram"]),
         _decision(results["decision"]),
+        _together(results["together"]),
         _chain_length(results["chain_length"]),
         _frozen(results["frozen_models"]),
         _games(results["games"]),
@@ -35,17 +36,17 @@ def format_profile(profile: Mapping[str, Any]) -> str:
     return "\n".join(
         [
             f"One run by phase: {where}, {simulated:.1f} s simulated",
-            *_columns(["", "wall s", "processor s", "of wall"], rows),
+            *columns(["", "wall s", "processor s", "of wall"], rows),
             "  plan, control, objects (Python) and plant (with C++) are the run; their wall time is divided as their",
             "  processor time is",
             "",
             "Systems of its Diagram, each with the cost of being timed",
-            *_columns(["", "processor s", "ms per simulated s", "calls"], systems),
+            *columns(["", "processor s", "ms per simulated s", "calls"], systems),
         ]
     )
 
 
-def _columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+def columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Aligned columns, the first to the left, the others to the right."""
     lines = [list(header), *map(list, rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
@@ -71,11 +72,11 @@ def _diagram(d: Mapping[str, Any]) -> list[str]:
     return [
         f"Whole diagram against the bare plant: car_game in contact, {d['simulated_seconds']:g} s of {d['path']}, "
         f"plant step 1/{1 / d['plant_step']:.0f} s",
-        *_columns(["", "ms per simulated s", "x bare"], rows),
+        *columns(["", "ms per simulated s", "x bare"], rows),
         "Breakdown by system, each with the cost of being timed",
-        *_columns(["", "ms per simulated s", "x bare", "calls a second"], parts),
+        *columns(["", "ms per simulated s", "x bare", "calls a second"], parts),
         "A step of the plant by its place in the frame, whose first has what runs once a frame [us]",
-        *_columns(
+        *columns(
             ["", *(str(k + 1) for k in range(len(d["steps_us"]["bare"])))],
             [
                 [name, *(f"{us:.0f}" for us in d["steps_us"][key])]
@@ -93,7 +94,24 @@ def _decision(d: Mapping[str, Any]) -> list[str]:
     rows = [
         [method, f"{t['median_ms']:.3f}", f"{t['longest_ms']:.3f}"] for method, t in d.items() if method != "objects"
     ]
-    return [f"One control decision, {d['objects']} objects", *_columns(["", "median ms", "longest ms"], rows)]
+    return [f"One control decision, {d['objects']} objects", *columns(["", "median ms", "longest ms"], rows)]
+
+
+def _together(t: Mapping[str, Any]) -> list[str]:
+    rows = [
+        ["one after another", f"{t['single_trials_a_second']:.2f}", "1.0"],
+        ["together", f"{t['together_trials_a_second']:.2f}", f"{t['ratio']:.1f}"],
+        [
+            f"together, each with {t['learning_seconds']:.1f} s of demonstrations and learning",
+            "",
+            f"{t['ratio_fresh']:.2f}",
+        ],
+    ]
+    return [
+        f"{t['trials']} trials of one learned model: {t['scenario']} in ideal, {t['steps']:.0f} control steps of "
+        f"{t['path']}; {t['equal']} of {t['compared']} compared are equal to the bit",
+        *columns(["", "trials/s", "x"], rows),
+    ]
 
 
 def _chain_length(c: Mapping[str, Any]) -> list[str]:
@@ -108,7 +126,7 @@ def _chain_length(c: Mapping[str, Any]) -> list[str]:
         for key, values in c["ms"].items()
     ]
     header = ["objects", *(str(n) for n in c["lengths"]), "us an object", "R^2"]
-    return ["Cost against chain length [ms]", *_columns(header, rows)]
+    return ["Cost against chain length [ms]", *columns(header, rows)]
 
 
 def _frozen(models: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -124,7 +142,7 @@ def _frozen(models: Sequence[Mapping[str, Any]]) -> list[str]:
         for m in models
     ]
     header = ["", "predict us", "frozen us", "with Jacobian us", "times faster", "difference"]
-    return ["Frozen models against scikit-learn, one row", *_columns(header, rows)]
+    return ["Frozen models against scikit-learn, one row", *columns(header, rows)]
 
 
 def _games(game: Mapping[str, Any] | None) -> list[str]:
@@ -136,4 +154,4 @@ def _games(game: Mapping[str, Any] | None) -> list[str]:
         ["through the adapter, its state put back and read in every frame", f"{game['steps']:.0f}"],
         ["the object in a Simulator", f"{game['diagram_steps']:.0f}"],
     ]
-    return [title, *_columns(["", "steps/s"], rows)]
+    return [title, *columns(["", "steps/s"], rows)]

@@ -24,7 +24,8 @@ def check(demos: Path, system: str, resample: bool, report: str | None, page: Pa
     from ichain_drake.cli.run import deliver_report
     from ichain_drake.demonstrations import Demonstration, read_demonstration
     from ichain_drake.demonstrations.overview import inferred_graph, overview, overview_page, overview_text
-    from ichain_drake.demonstrations.reading import piece_files, prepare
+    from ichain_drake.demonstrations.piece_file import piece_files
+    from ichain_drake.demonstrations.reading import prepare
     from ichain_drake.files import shown, write_whole
     from ichain_drake.runs.paths.demonstrations import check_in_plane
     from ichain_drake.runs.paths.output import prepare_file

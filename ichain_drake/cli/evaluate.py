@@ -21,6 +21,7 @@ from ichain_drake.runs.paths.evaluation import (
     check_evaluation,
     evaluate_paths,
 )
+from ichain_drake.runs.paths.shared import check_shared_evaluation, evaluate_shared_paths
 from ichain_drake.scenarios import PathScenario
 
 _REASONS = 3  # that are printed, the most frequent ones
@@ -35,31 +36,39 @@ def evaluate_path_scenario(
     report: str | None,
     output: Path | None,
     *,
+    shared: bool = False,
     resume: bool = False,
 ) -> None:
     """Evaluate, print one table, write the report and the learning curves.
+
+    Args:
+        scenario, overrides, trials, methods, workers: see `evaluate_paths`.
+        report, output, resume: see `run_evaluation`.
+        shared: whether all trials follow with what was learned from the demonstrations of the scenario's seed.
 
     Raises:
         InputError: on an unknown method, or a folder that can't be written.
         EvaluationInterrupted: on Ctrl-C, once the report on the seeds that were finished is written.
     """
-    check_evaluation(scenario, trials, methods)
+    (check_shared_evaluation if shared else check_evaluation)(scenario, trials, methods)
+    evaluate = evaluate_shared_paths if shared else evaluate_paths
     evaluation = Evaluation(
         scenario,
         trials,
         "seeds",
         "every seed was evaluated",
-        evaluate=lambda say, rows: evaluate_paths(scenario, overrides, trials, methods, workers, say, rows),
-        text=lambda found: _format(scenario, found),
+        evaluate=lambda say, rows: evaluate(scenario, overrides, trials, methods, workers, say, rows),
+        text=lambda found: _format(scenario, found, shared=shared),
         pictures=lambda found, folder: _write_curves(found["rows"], scenario, folder),
-        asked={"settings": list(overrides), "methods": list(methods)},
+        asked={"settings": list(overrides), "methods": list(methods), **({"shared": True} if shared else {})},
     )
     run_evaluation(evaluation, report, output, resume=resume)
 
 
-def _format(scenario: PathScenario, found: Mapping[str, Any]) -> str:
+def _format(scenario: PathScenario, found: Mapping[str, Any], *, shared: bool) -> str:
     table = found["table"]
-    parts = [_format_paths(scenario, [line for line in table if line["method"] != FIRST_LINK])]
+    shown = f"all with the demonstrations of seed {scenario.seed}" if shared else "each with demonstrations of its own"
+    parts = [_format_paths(scenario, [line for line in table if line["method"] != FIRST_LINK], shown)]
     parts.append(_format_link(scenario, [line for line in table if line["method"] == FIRST_LINK]))
     reasons = Counter(row["reason"] for row in found["rows"] if row["reason"])
     parts.append("\n".join(f"not completed: {reason} ({n} times)" for reason, n in reasons.most_common(_REASONS)))
@@ -84,7 +93,7 @@ def _format_link(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str
     return table_text(view, note)
 
 
-def _format_paths(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> str:
+def _format_paths(scenario: PathScenario, table: Sequence[dict[str, Any]], shown: str) -> str:
     if not table:
         return ""
     cases = list(dict.fromkeys(line["case"] for line in table))
@@ -106,7 +115,7 @@ def _format_paths(scenario: PathScenario, table: Sequence[dict[str, Any]]) -> st
         completed = success_words(done, runs, success_interval(done, runs))
         view.add_row(method, str(samples) if samples else "", *cells, " / ".join(ratios), completed)
     where = f"{scenario.name}, {scenario.physics} physics, seeds {table[0]['seeds']}"
-    note = f"mean error over completed runs +- spread over seeds, each with demonstrations of its own; {where}"
+    note = f"mean error over completed runs +- spread over seeds, {shown}; {where}"
     return table_text(view, f"{note}\nin brackets Wilson's 95 % interval")
 
 

@@ -17,8 +17,8 @@ from ichain_drake.errors import IchainError
 @click.option(
     "--methods", metavar="A,B", default="", help="only these (also method@samples, method/case; or labels,edges,cuts)"
 )
-@click.option("--fresh", is_flag=True, help="goals: every trial has demonstrations of its own; paths always do so")
-@click.option("--shared", is_flag=True, help="goals: all trials share the demonstrations of one seed (without --fresh)")
+@click.option("--fresh", is_flag=True, help="every trial has demonstrations of its own; paths: so by default")
+@click.option("--shared", is_flag=True, help="all trials share the demonstrations of one seed; goals: so by default")
 @options("jobs", "cluster", "trial_timeout", "report", "output", "resume", "without", "settings")
 def evaluate(
     scenario: str,
@@ -39,7 +39,7 @@ def evaluate(
 ) -> None:
     """Compare methods over many seeds, in one table.
 
-    --fresh and --shared together print both.
+    --fresh and --shared together print both, for goals.
     """
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
@@ -57,10 +57,12 @@ def evaluate(
             count = 5 if trials is None else trials
             evaluate_discovery_of(loaded, list(settings), count, names, workers, report, output, resume=resume)
         elif isinstance(loaded, PathScenario):
-            if shared:
-                raise IchainError(f"{scenario} follows paths: each of its trials has demonstrations of its own")
+            if shared and fresh:
+                raise IchainError(f"{scenario} follows paths: give one of --fresh and --shared")
             count = 20 if trials is None else trials
-            evaluate_path_scenario(loaded, list(settings), count, names, workers, report, output, resume=resume)
+            evaluate_path_scenario(
+                loaded, list(settings), count, names, workers, report, output, shared=shared, resume=resume
+            )
         else:
             count = 5 if trials is None else trials
             evaluate_goal_scenario(
@@ -71,13 +73,16 @@ def evaluate(
 
 @click.command()
 @click.option("--profile", metavar="SYSTEM", help="instead: where the time of one run of it goes")
+@click.option("--scaling", is_flag=True, help="instead: how cost grows with objects, rows and trials; takes long")
 @options("physics", "seed", "report", "settings")
-def benchmarks(profile: str | None, physics: str, seed: int, report: str | None, settings: tuple[str, ...]) -> None:
+def benchmarks(
+    profile: str | None, scaling: bool, physics: str, seed: int, report: str | None, settings: tuple[str, ...]
+) -> None:
     """Print what the library costs, as ratios measured in one run.
 
     --physics, --seed and --set are those of the run that --profile looks at.
     """
-    from ichain_drake.benchmarks import format_profile, format_table, profile_run, run_benchmarks
+    from ichain_drake import benchmarks as measured
     from ichain_drake.cli.console import Reporter
     from ichain_drake.cli.run import deliver_report, printed
     from ichain_drake.runs.paths.output import prepare_file
@@ -86,9 +91,16 @@ def benchmarks(profile: str | None, physics: str, seed: int, report: str | None,
         prepare_file(Path(report))
     if profile is None and settings:
         raise IchainError("--set is for --profile: the benchmarks have settings of their own")
+    if profile is not None and scaling:
+        raise IchainError("--profile and --scaling are two different things to measure; give one of them")
     with Reporter() as say:
-        results = run_benchmarks(say) if profile is None else profile_run(
-            scenario_named(profile, settings, physics, seed), say
-        )  # fmt: skip
-    text = format_table(results) if profile is None else format_profile(results)
+        if profile is not None:
+            results = measured.profile_run(scenario_named(profile, settings, physics, seed), say)
+            text = measured.format_profile(results)
+        elif scaling:
+            results = measured.run_scaling(say)
+            text = measured.format_scaling(results)
+        else:
+            results = measured.run_benchmarks(say)
+            text = measured.format_table(results)
     deliver_report({**results, **printed(text)}, report, text=text)

@@ -8,6 +8,11 @@ from pydrake.systems.framework import Context, LeafSystem, State
 
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
+# Frames from one event to the next: the greatest power of two that divides a tick, since `k (2 FRAME)` equals
+# `(2 k) FRAME` to the last bit, which no other multiple does. Each call from Drake into Python costs, also one that
+# finds that there is nothing to decide.
+_EVENT_FRAMES = FRAMES_PER_TICK & -FRAMES_PER_TICK
+
 
 class TickSystem(LeafSystem):
     """Decides in an unrestricted update, which Drake runs before the discrete updates of the same instant.
@@ -23,7 +28,7 @@ class TickSystem(LeafSystem):
         super().__init__()
         self.set_name(name)
         self._frame = self.DeclareDiscreteState(1)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._on_frame)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(_EVENT_FRAMES * FRAME, 0.0, self._on_event)
 
     @abstractmethod
     def decide(self, context: Context, state: State, tick: int) -> None:
@@ -35,8 +40,9 @@ class TickSystem(LeafSystem):
             tick: number of the tick that begins, from 0.
         """
 
-    def _on_frame(self, context: Context, state: State) -> None:
-        frame = int(context.get_discrete_state(self._frame).value()[0])
-        state.get_mutable_discrete_state().set_value(self._frame, [frame + 1])
+    def _on_event(self, context: Context, state: State) -> None:
+        count = state.get_mutable_discrete_state().get_mutable_value(self._frame)
+        frame = int(count[0])
+        count[0] += _EVENT_FRAMES
         if frame % FRAMES_PER_TICK == 0:
             self.decide(context, state, frame // FRAMES_PER_TICK)

@@ -47,9 +47,9 @@ def read_parquet(file: Path, what: str, only: Collection[str] | None = None) -> 
             pre_buffer=False,
             arrow_extensions_enabled=False,
         ) as stored:
-            units = _units(stored.metadata.metadata or {}, file, what)
+            units = units_of(stored.metadata.metadata or {}, file, what)
             table = _frame(stored, claims) if only is None else _chosen(stored, only)
-            return _seconds(table), units
+            return seconds(table), units
     except InputError:
         raise
     except (Exception, MemoryError) as error:  # whatever pyarrow makes of damage
@@ -71,7 +71,7 @@ def _frame(stored: pq.ParquetFile, claims: Claims) -> pd.DataFrame:
         batches.append(batch)
     read = iter(pa.Table.from_batches(batches).columns if batches else [pa.array([])] * len(leaves))
     columns = {
-        i: _values(next(read)) if column.leaf is not None else _nothing(claims.rows)
+        i: values_of(next(read)) if column.leaf is not None else nothing(claims.rows)
         for i, column in enumerate(claims.columns)
     }
     table = pd.DataFrame(columns, index=pd.RangeIndex(claims.rows))
@@ -79,7 +79,8 @@ def _frame(stored: pq.ParquetFile, claims: Claims) -> pd.DataFrame:
     return table
 
 
-def _values(column: pa.ChunkedArray | pa.Array) -> pd.Series | NDArray[Any]:
+def values_of(column: pa.ChunkedArray | pa.Array) -> pd.Series | NDArray[Any]:
+    """A column as pandas takes it, without writing texts of a dictionary out; see `nothing`."""
     kind = column.type
     if pa.types.is_decimal(kind):
         column = column.cast(pa.float64())
@@ -87,11 +88,12 @@ def _values(column: pa.ChunkedArray | pa.Array) -> pd.Series | NDArray[Any]:
         # Left to itself, pandas would write each text out again.
         return pd.Series(column.to_pandas().astype(object), dtype=object)
     elif not (pa.types.is_primitive(kind) or pa.types.is_null(kind)) or pa.types.is_time(kind):
-        return _nothing(len(column))
+        return nothing(len(column))
     return np.asarray(column.to_pandas(date_as_object=False))
 
 
-def _nothing(rows: int) -> NDArray[Any]:
+def nothing(rows: int) -> NDArray[Any]:
+    """A column of nothing, shape (rows,), in place of one that holds no numbers, texts or times."""
     return np.full(rows, None)
 
 
@@ -109,7 +111,12 @@ def _chosen(stored: pq.ParquetFile, only: Collection[str]) -> pd.DataFrame:
     return table
 
 
-def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, str]:
+def units_of(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, str]:
+    """Units by column, as `parquet_bytes` writes them into a file's metadata.
+
+    Raises:
+        InputError: if there is something else.
+    """
     if _METADATA_KEY not in metadata:
         return {}
     try:
@@ -125,7 +132,7 @@ def _units(metadata: Mapping[bytes, bytes], file: Path, what: str) -> dict[str, 
     return {printable(str(c)): printable(u) for c, u in units.items()}
 
 
-def _seconds(table: pd.DataFrame) -> pd.DataFrame:
+def seconds(table: pd.DataFrame) -> pd.DataFrame:
     """The table with moments and spans of time as seconds, moments since the first."""
     for i, kind in enumerate(table.dtypes):
         if pd.api.types.is_datetime64_any_dtype(kind):

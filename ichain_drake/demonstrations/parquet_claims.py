@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from ichain_drake.demonstrations.thrift import CompactReader, DamagedError
 from ichain_drake.files import MOST_CELLS
@@ -16,6 +16,8 @@ from ichain_drake.files import MOST_CELLS
 _MAGIC = b"PAR1"
 _MOST_BYTES = 2**28
 """All pages of a file together, unpacked [bytes]: as much as a table of text may have."""
+_MOST_PARTS = 100
+"""Times the values, where a file is read by parts: the time to read them is bounded, too."""
 _MOST_TEXTS = 2 * 10**6
 """Cells of text; each that differs from all others takes some sixty bytes more."""
 _MOST_WIDTH = 16
@@ -63,11 +65,21 @@ class Claims:
     rows: int
 
 
-def read_claims(data: bytes) -> Claims:
+class Bytes(Protocol):
+    """Bytes, all in memory or not; see `FileBytes`."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, part: slice) -> bytes: ...
+
+
+def read_claims(data: Bytes, *, by_parts: bool = False) -> Claims:
     """Look at a file's description and at the heads of all its pages; nothing is unpacked.
 
     Args:
         data: the whole file.
+        by_parts: whether no more than one of its row groups will be in memory at a time, and no texts: then the bounds
+            hold for each of them, and all may have a hundred times as many values.
 
     Raises:
         DamagedError: if it is no Parquet, or its description and its pages don't fit together.
@@ -84,18 +96,24 @@ def read_claims(data: bytes) -> Claims:
         )
     about = CompactReader(data[len(data) - 8 - size : len(data) - 8]).struct()
     columns, rows = _columns(_structs(about, 2)), _number(about, 3)
-    if rows * max(1, len(columns)) > MOST_CELLS:
-        raise TooMuchError(f"it claims {rows * len(columns)} values, and {MOST_CELLS} are read at most; split it")
-    if rows * sum(column.text for column in columns) > _MOST_TEXTS:
+    cells = _MOST_PARTS * MOST_CELLS if by_parts else MOST_CELLS
+    if rows * max(1, len(columns)) > cells:
+        raise TooMuchError(f"it claims {rows * len(columns)} values, and {cells} are read at most; split it")
+    if not by_parts and rows * sum(column.text for column in columns) > _MOST_TEXTS:
         raise TooMuchError(f"it claims more than {_MOST_TEXTS} texts; leave columns of text out")
     groups = _structs(about, 4)
     if sum(_number(group, 3) for group in groups) != rows:
         raise DamagedError("its parts don't have as many rows as it says")
     unpacked, heads = 0, 0
-    for page in (page for group in groups for column in _structs(group, 1) for page in _pages(column, data)):
-        unpacked, heads = unpacked + page[0], heads + page[1]
-        if unpacked > _MOST_BYTES or heads > _MOST_ABOUT:
-            raise TooMuchError(f"it unpacks to more than {_MOST_BYTES / 1e6:.0f} MB, or to too many pages; split it")
+    for group in groups:
+        unpacked = 0 if by_parts else unpacked
+        for page in (page for column in _structs(group, 1) for page in _pages(column, data)):
+            unpacked, heads = unpacked + page[0], heads + page[1]
+            if unpacked > _MOST_BYTES or heads > _MOST_ABOUT:
+                whose = "a row group of it" if by_parts else "it"
+                raise TooMuchError(
+                    f"{whose} unpacks to more than {_MOST_BYTES / 1e6:.0f} MB, or to too many pages; split it"
+                )
     return Claims(columns, rows)
 
 
@@ -137,7 +155,7 @@ def _columns(schema: list[dict[int, Any]]) -> tuple[Column, ...]:
     return tuple(found)
 
 
-def _pages(column: dict[int, Any], data: bytes) -> Iterator[tuple[int, int]]:
+def _pages(column: dict[int, Any], data: Bytes) -> Iterator[tuple[int, int]]:
     """Bytes that each page of a part of a column unpacks to, and that its head takes."""
     about = column.get(3)
     starts = [_number(about, 9)]

@@ -222,7 +222,7 @@ def _check_models(graph: InteractionGraph, models: Mapping[Interaction, ForwardM
     missing = [e.name for e in graph.interactions if e not in models]
     if missing:
         raise InputError(f"learned graph: no model for {', '.join(missing)}; learn or load one")
-    extra = [e.name for e in models if e not in graph.interactions]
+    extra = [e.name for e in models if e not in graph.edges]
     if extra:
         raise InputError(f"learned graph: model for {', '.join(extra)}, which the graph does not have; leave it out")
     for edge, model in models.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Mapping, Sequence
 
 import networkx as nx
@@ -24,17 +25,27 @@ def sweep_order(members: Sequence[str], active: Sequence[Interaction], time: flo
     Raises:
         ActiveCycleError: if the active interactions among the members form a cycle.
     """
-    waiting, order = list(members), []
-    inside = [e for e in active if e.parent in waiting and e.child in waiting]
-    while waiting:
-        ready = next((n for n in waiting if not any(e.child == n and e.parent in waiting for e in inside)), None)
-        if ready is None:
-            stuck = [(e.parent, e.child) for e in inside if e.parent in waiting and e.child in waiting]
-            edges = ", ".join(Interaction(*e).name for e in nx.find_cycle(nx.DiGraph(stuck)))
-            when = "" if time is None else f" at t = {time:.3f} s"
-            raise ActiveCycleError(f"active interactions form a cycle{when}: {edges}; deactivate one of them")
-        waiting.remove(ready)
-        order.append(ready)
+    place = {name: k for k, name in enumerate(members)}
+    inside = [e for e in active if e.parent in place and e.child in place]
+    parents = dict.fromkeys(members, 0)
+    children: dict[str, list[str]] = {name: [] for name in members}
+    for e in inside:
+        parents[e.child] += 1
+        children[e.parent].append(e.child)
+    ready, order = [k for name, k in place.items() if not parents[name]], []
+    while ready:  # the first of those that are: ascending places are a heap
+        name = members[heapq.heappop(ready)]
+        order.append(name)
+        for child in children[name]:
+            parents[child] -= 1
+            if not parents[child]:
+                heapq.heappush(ready, place[child])
+    if len(order) < len(place):
+        done = set(order)
+        stuck = [(e.parent, e.child) for e in inside if e.parent not in done and e.child not in done]
+        edges = ", ".join(Interaction(*e).name for e in nx.find_cycle(nx.DiGraph(stuck)))
+        when = "" if time is None else f" at t = {time:.3f} s"
+        raise ActiveCycleError(f"active interactions form a cycle{when}: {edges}; deactivate one of them")
     return order
 
 
@@ -77,7 +88,7 @@ class LearnedGraphReference:
         after = {self.graph.root: np.asarray(root_next)}
         for name in sweep_order([n for n in self.graph.objects if n != self.graph.root], on):
             effects = []
-            for edge in (e for e in on if e.child == name):
+            for edge in (e for e in self.graph.incoming(name) if active is None or active[e]):
                 model, child = self.models[edge], states[name]
                 parents = (states[edge.parent], after[edge.parent])
                 if normal is not None and scale is not None:

@@ -61,7 +61,7 @@ def forced_status(
     """
     out = {}
     for edge, value in (status or {}).items():
-        if edge not in graph.interactions:
+        if edge not in graph.edges:
             raise InputError(
                 f"{getattr(edge, 'name', edge)!s} is no interaction of the graph; it has "
                 f"{', '.join(e.name for e in graph.interactions)}"

@@ -20,6 +20,25 @@ def rings_of(graph: InteractionGraph) -> list[Ring]:
     return [[Interaction(a, b) for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)] for ring in rings]
 
 
+def sweeps_of(
+    graph: InteractionGraph, incoming: Mapping[str, Sequence[Interaction]], order: Sequence[Interaction]
+) -> dict[tuple[str, ...], tuple[str, ...]]:
+    """In which order the members of each cycle are advanced: those nearest to the root first.
+
+    Args:
+        graph: the interaction graph.
+        incoming: interactions that act on each object, in canonical order.
+        order: all interactions in canonical order, which decides between equals.
+    """
+    far = nx.single_source_shortest_path_length(graph.digraph, graph.root)
+    place = {e: k for k, e in enumerate(order)}
+    return {
+        members: tuple(sorted(members, key=lambda n: (far[n], place[incoming[n][0]])))
+        for members in graph.components
+        if len(members) > 1
+    }
+
+
 def refuse_active(rings: Sequence[Ring], on: Mapping[Interaction, NDArray[np.bool_]], time: float | None) -> None:
     """Refuse a cycle of interactions that are active at the same time.
 

@@ -62,6 +62,7 @@ class StateFeatures:
         self.plain = np.array([i for i in kept if not space.angle_mask[i]], dtype=np.intp)
         self.angles = np.array([i for i in kept if space.angle_mask[i]], dtype=np.intp)
         self._as_it_is = len(self.plain) == len(space)
+        self._plain, self._angles = _of_run(self.plain), _of_run(self.angles)
         self.names = (
             *(space.names[i] for i in self.plain),
             *(f"cos({space.names[i]})" for i in self.angles),
@@ -73,13 +74,18 @@ class StateFeatures:
 
     def __call__(self, state: NDArray) -> NDArray:
         """Features of states, shape (..., n_variables) -> (..., n_features). Works on AutoDiffXd arrays too."""
+        parts = self.parts(state)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
+
+    def parts(self, state: NDArray) -> list[NDArray]:
+        """The features of states in pieces, in their order, to be joined by whoever has more to join them with."""
         if self._as_it_is:
-            return state
-        plain = state[..., self.plain]
+            return [state]
+        plain = state[..., self._plain]
         if not len(self.angles):
-            return plain
-        angles = state[..., self.angles]
-        return np.concatenate([plain, np.cos(angles), np.sin(angles)], axis=-1)
+            return [plain]
+        angles = state[..., self._angles]
+        return [plain, np.cos(angles), np.sin(angles)]
 
     def jacobian(self, state: FloatArray) -> FloatArray:
         """Derivative of the features by the state, shape (..., n_features, n_variables)."""
@@ -106,6 +112,12 @@ class StateFeatures:
         out = np.zeros((len(self), len(self.space)))
         out[np.arange(len(self.plain)), self.plain] = 1.0
         return out
+
+
+def _of_run(indices: NDArray[np.intp]) -> slice | NDArray[np.intp]:
+    """Indices that follow on each other as a slice, with which numpy need not copy."""
+    first = int(indices[0]) if len(indices) else 0
+    return slice(first, first + len(indices)) if np.array_equal(indices - first, np.arange(len(indices))) else indices
 
 
 class ChangeCode:

@@ -102,10 +102,10 @@ def _frozen(data: GraphData, model: InteractionModel) -> list[Finding]:
         if not noisy.any():
             continue
         same = [_repeats(p.states[obj], noisy, space.lower, space.upper) for p in data.pieces]
-        total = sum(len(s) for s in same)
+        total, repeated = sum(len(s) for s in same), sum(int(s.sum()) for s in same)
         for piece, repeats in zip(data.pieces, same, strict=True):
             for a, b in runs(repeats):
-                others = sum(int(s.sum()) for s in same) - (b - a)
+                others = repeated - (b - a)
                 rate = (1.0 + others) / (2.0 + total - (b - a))
                 if (b - a) * np.log(rate) < -2.0 * np.log(total):
                     text = (

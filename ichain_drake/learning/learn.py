@@ -18,6 +18,7 @@ from ichain_drake.learning.data import GraphData, collect
 from ichain_drake.learning.discovery.labels import label_pieces
 from ichain_drake.learning.effects.alignment import learn_alignment
 from ichain_drake.learning.effects.effects import learn_effects
+from ichain_drake.learning.enough import enough, thinning_told
 from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.findings import findings_in
 from ichain_drake.learning.known import KnownObject, KnownParts, joined_examples, typical_row
@@ -53,6 +54,8 @@ def learn_interactions(
         unlabelled: whether flags may be missing or NaN, and are inferred (see `label_pieces`); interactions that
             nothing shows are left out of the model's graph.
 
+    Of more rows than `LEARNING.most_learned` stretches are learned from, and a finding says so; see `enough`.
+
     Raises:
         InputError: on data that can't be learned from, in one line that names piece, edge and remedy.
     """
@@ -60,6 +63,7 @@ def learn_interactions(
     pieces = list(pieces)
     with one_blas_thread(), collected_warnings():
         known = known or KnownParts()
+        given, pieces = pieces, enough(pieces, graph)
         if unlabelled:
             check_pieces(pieces, graph, unlabelled=True)
             labels = label_pieces(pieces, graph)
@@ -75,8 +79,9 @@ def learn_interactions(
             model,
             activations=on,
             deactivations=off,
-            robot_seconds=sum((len(p) - 1) * TICK for p in pieces),
+            robot_seconds=sum((len(p) - 1) * TICK for p in given),
             demonstrations_sha256=data_hash(pieces),
+            findings=(*thinning_told(given, pieces), *model.findings),
             known=known,
         )
 
@@ -87,7 +92,7 @@ def contradicted(pieces: Sequence[Demonstration], graph: InteractionGraph, known
     Raises:
         InputError: on pieces that can't be read as the graph's.
     """
-    return disagreements(collect(pieces, graph, known.edges), known) if pieces else {}
+    return disagreements(collect(enough(pieces, graph), graph, known.edges), known) if pieces else {}
 
 
 def _assembled(graph: InteractionGraph, known: KnownParts) -> InteractionModel:

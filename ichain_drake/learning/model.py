@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 from ichain_drake.demonstrations import Demonstration, data_hash
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.alike import Group, advance_copies, groups_of, uniform
 from ichain_drake.learning.batch import flatten, forced_status, shaped
 from ichain_drake.learning.chain.chain import DEMONSTRATIONS, LearnedChain
-from ichain_drake.learning.cycles import Ring, refuse_active, rings_of
+from ichain_drake.learning.cycles import Ring, refuse_active, rings_of, sweeps_of
 from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.report import report
@@ -207,9 +208,9 @@ class InteractionModel:
             return shaped(after, on, shape)
         forced = forced_status(active, self.graph, shape, n)
         before = forced_status(previous, self.graph, shape, n)
-        for members in self.graph.components:
-            if members != (self.graph.root,):
-                self.advance_component(members, rows, after, forced, before, on)
+        for group in self._groups:
+            for alike in uniform(group, forced, before):
+                advance_copies(self.advance_component, alike, rows, after, forced, before, on)
         if strict:
             self.refuse_cycles(on, time)
         return shaped({n: after[n] for n in every}, {e: on[e] for e in self.graph.interactions}, shape)
@@ -308,13 +309,19 @@ class InteractionModel:
 
     @cached_property
     def _incoming(self) -> dict[str, tuple[Interaction, ...]]:
-        return {n: tuple(e for e in self.order if e.child == n) for n in self.graph.objects}
+        place = {e: k for k, e in enumerate(self.order)}
+        return {n: tuple(sorted(self.graph.incoming(n), key=place.__getitem__)) for n in self.graph.objects}
+
+    @cached_property
+    def _groups(self) -> list[Group]:
+        return groups_of(self.graph, self._incoming, self.edges, self.passive)
 
     def _sweep(self, members: tuple[str, ...]) -> tuple[str, ...]:
-        """Members of a cycle, those nearest to the root first; ties in canonical order of their interactions."""
-        if len(members) == 1:
-            return members
-        return tuple(sorted(members, key=lambda n: (len(self.graph.chain(n)), self.order.index(self._incoming[n][0]))))
+        return members if len(members) == 1 else self._sweeps[members]
+
+    @cached_property
+    def _sweeps(self) -> dict[tuple[str, ...], tuple[str, ...]]:
+        return sweeps_of(self.graph, self._incoming, self.order)
 
     @cached_property
     def _cycles(self) -> list[Ring]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from pathlib import Path
 
-from ichain_drake.demonstrations import Demonstration, prepare, read_folder
+from ichain_drake.demonstrations import Demonstration, prepare
+from ichain_drake.demonstrations.long_logs import read_enough
 from ichain_drake.files import is_file
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.checks import check_flags, check_pieces
 from ichain_drake.learning.discovery.cuts import TABLE, cut_pieces
+from ichain_drake.learning.enough import learned_bound
 
 
 def read_pieces(
@@ -23,6 +25,8 @@ def read_pieces(
 ) -> list[Demonstration]:
     """Read every piece of a folder and check them for learning a graph, before anything else is done with them.
 
+    Of logs beyond memory only what will be learned from is read (see `read_enough`).
+
     Args:
         folder: with the pieces.
         graph: the interaction graph.
@@ -35,7 +39,8 @@ def read_pieces(
     Raises:
         InputError: if the folder or a file can't be read, and as `check_pieces` and `check_flags`.
     """
-    pieces = prepare(read_folder(folder, say), graph, resampled=resampled, say=say)
+    found = read_enough(folder, graph, learned_bound(), resampled=resampled, say=say)
+    pieces = prepare(found, graph, resampled=resampled, say=say)
     if unlabelled:
         if not is_file(folder / TABLE):
             pieces = list(cut_pieces(pieces, graph, say).pieces)

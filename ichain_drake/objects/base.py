@@ -16,7 +16,6 @@ from ichain_drake.timing import FRAME
 
 ParentStates = Mapping[str, FloatArray]
 
-
 _LARGEST = 1e100  # in any unit (hidden variables may be packed bits): the square of much more is infinite
 
 
@@ -126,9 +125,10 @@ class WorldObject(LeafSystem):
         self._clock = self.DeclareDiscreteState(2)  # frame, touch [N] at the last frame
         self._held = self.DeclareDiscreteState(len(self._observable))
         self.DeclareStateOutputPort("state", self._state)
-        no_inputs = {self.xd_ticket(), self.time_ticket()}
-        self.DeclareVectorOutputPort("measured", len(self._observable), self._calc_measured, no_inputs)
-        self.DeclareVectorOutputPort("valid", 1, self._calc_valid, {self.time_ticket()})
+        # Drake tells whatever depends on time of each step of a plant, and passes it on to whatever depends on that.
+        when = self.time_ticket() if self.settings.dropouts else self.nothing_ticket()
+        self.DeclareVectorOutputPort("measured", len(self._observable), self._calc_measured, {self.xd_ticket(), when})
+        self.DeclareVectorOutputPort("valid", 1, self._calc_valid, {when})
         self.DeclareStateOutputPort("active", self._active)
 
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
@@ -217,14 +217,11 @@ class WorldObject(LeafSystem):
 
     # Events and ports.
 
-    def _parent_states(self, context: Context) -> ParentStates:
-        return _ParentPorts(self._parent_ports, context)
-
     def _value(self, context: Context, index: int) -> FloatArray:
         return context.get_discrete_state(index).value()
 
-    def _modes(self, context: Context) -> dict[str, bool]:
-        flags = self._value(context, self._active).tolist()
+    def _modes(self, discrete: DiscreteValues) -> dict[str, bool]:
+        flags = discrete.value(self._active).tolist()
         return {p: v > 0.5 for p, v in zip(self.parents, flags, strict=True)}
 
     def _step_once(
@@ -242,7 +239,7 @@ class WorldObject(LeafSystem):
             InputError: on another shape, or a variable that is no number or larger than anything measured.
         """
         plain = type(stepped) is np.ndarray and stepped.dtype == float and stepped.shape == state.shape
-        if plain and np.abs(stepped).max(initial=0.0) <= _LARGEST:  # false where one is no number
+        if plain and np.maximum.reduce(np.abs(stepped), initial=0.0) <= _LARGEST:  # false where one is no number
             return stepped.copy()
         where, when = f"{self.get_name()}: step gave", f"at t = {time:.3f} s"
         try:
@@ -269,16 +266,17 @@ class WorldObject(LeafSystem):
         """
         self._decide(context, state, advance=False)
         discrete = state.get_mutable_discrete_state()
-        noise = self._sensor_noise.at(int(self._value(context, self._clock)[0])) * self.settings.noise_scale
-        discrete.set_value(self._held, self.measure(discrete.value(self._state).copy(), noise))
+        reading = self._reading(discrete.value(self._state), int(discrete.value(self._clock)[0]))
+        discrete.set_value(self._held, reading)
 
     def _decide(self, context: Context, state: State, *, advance: bool = True) -> None:
-        value = self._value(context, self._state).copy()
-        parents = self._parent_states(context)
+        discrete = state.get_mutable_discrete_state()  # holds what the context does
+        value = discrete.value(self._state).copy()
+        parents = _ParentPorts(self._parent_ports, context)
         if len(self._plant):
             value[self._plant] = self.sample_body(self._body_port.Eval(context))
-        frame, force = self._value(context, self._clock).tolist()
-        modes = self.decide_active(value, parents, self._modes(context), force if self.settings.body_size else None)
+        frame, force = discrete.value(self._clock).tolist()
+        modes = self.decide_active(value, parents, self._modes(discrete), force if self.settings.body_size else None)
         if self.immediate and advance and len(self._plant) < len(value):
             plant_values = value[self._plant]
             value = self._step_once(context, int(frame), value, parents, modes)
@@ -287,23 +285,23 @@ class WorldObject(LeafSystem):
             plant_values = value[self._plant]
             value = np.array(self.settle(value, parents, modes), dtype=float)
             value[self._plant] = plant_values
-        discrete = state.get_mutable_discrete_state()
-        discrete.set_value(self._active, [float(modes[p]) for p in self.parents])
+        discrete.get_mutable_value(self._active)[:] = [modes[p] for p in self.parents]
         if self.immediate or self._settles or len(self._plant):
             discrete.set_value(self._state, value)
 
     def _advance(self, context: Context, discrete: DiscreteValues) -> None:
-        frame, touch = self._value(context, self._clock).tolist()
+        clock = discrete.get_mutable_value(self._clock)  # what is not set yet is as it is in the context
         if not self.immediate:
-            value = self._value(context, self._state)
-            stepped = self._step_once(context, int(frame), value, self._parent_states(context), self._modes(context))
+            value = discrete.value(self._state)
+            parents = _ParentPorts(self._parent_ports, context)
+            stepped = self._step_once(context, int(clock[0]), value, parents, self._modes(discrete))
             if len(self._plant):
                 stepped[self._plant] = value[self._plant]
             discrete.set_value(self._state, stepped)
         if self.settings.body_size:
             # Read here, where the plant's own update at this instant needs the same contact solution anyway.
-            touch = self._touch_port.Eval(context)[0]
-        discrete.set_value(self._clock, [frame + 1.0, touch])
+            clock[1] = self._touch_port.Eval(context)[0]
+        clock[0] += 1.0
         if self.settings.dropouts:
             discrete.set_value(self._held, self.GetOutputPort("measured").Eval(context))
 
@@ -315,13 +313,25 @@ class WorldObject(LeafSystem):
             output.SetFromVector(self._value(context, self._held))
             return
         frame = int(self._value(context, self._clock)[0])
-        noise = self._sensor_noise.at(frame) * self.settings.noise_scale
-        output.SetFromVector(self.measure(self._value(context, self._state), noise))
+        output.SetFromVector(self._reading(self._value(context, self._state), frame))
+
+    def _reading(self, state: FloatArray, frame: int) -> FloatArray:
+        return self.measure(state, self._sensor_noise.at(frame) * self.settings.noise_scale)
 
     def _calc_valid(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([0.0 if self._dropped_out(context.get_time()) else 1.0])
 
     # Access from outside.
+
+    def readings(self, states: FloatArray, frames: Sequence[int]) -> FloatArray:
+        """What `measured` showed at some frames, in a run without drop-outs, to the last bit.
+
+        Args:
+            states: at these frames, shape (n, n_variables).
+            frames: their numbers from the start of the run.
+        """
+        rows = [self._reading(*row) for row in zip(states, frames, strict=True)]
+        return np.array(rows, dtype=float).reshape(len(rows), len(self._observable))
 
     def set_state(self, context: Context, state: FloatArray | Sequence[float]) -> None:
         """Put the object into a state.

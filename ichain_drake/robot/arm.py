@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.geometry import QueryObject
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
-from pydrake.systems.primitives import Demultiplexer
+from pydrake.systems.primitives import Demultiplexer, ZeroOrderHold
 
 from ichain_drake.robot.hand import GRIP, HAND
-from ichain_drake.robot.inverse_kinematics import InverseKinematics
+from ichain_drake.robot.inverse_kinematics import FRAME_MARK, InverseKinematics
 from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.measurement import HandMeasurement
 from ichain_drake.robot.plant import add_robot_plant, control_plant
@@ -19,6 +19,7 @@ from ichain_drake.robot.playout import Playout
 from ichain_drake.robot.sensors import HandSensor, TouchSensor
 from ichain_drake.robot.spec import BodySpec, RobotSpec
 from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.timing import FRAME
 
 # Fingers count as touching at this distance [m].
 _TOUCH = 1e-5
@@ -93,11 +94,14 @@ class ArmRobot(Diagram):
         add("motion", self.motion)
         n, fingers = self.kinematics.size, len(self._robot.fingers)
         self.playout = add("playout", Playout(n, fingers, self.motion.steps, step, np.r_[joints, grip[int(closed)]]))
-        sensor = add("hand_sensor", HandSensor(spec.hand, self.kinematics))
+        self._sensor = sensor = add("hand_sensor", HandSensor(spec.hand, self.kinematics))
         self.measurement = add("measurement", HandMeasurement(spec.hand, seed, object_id))
         positions = add("positions", Demultiplexer([self.plant.num_positions(), self.plant.num_velocities()]))
 
         connect, plant, arm = builder.Connect, self.plant, self._robot.arm
+        frames = add("frames", ZeroOrderHold(FRAME, FRAME_MARK))  # holds what it holds; its update is what matters
+        connect(frames.get_output_port(), frames.get_input_port())
+        connect(frames.get_output_port(), self.motion.GetInputPort("frame"))
         connect(self.motion.GetOutputPort("joint_plan"), self.playout.get_input_port())
         desired = add("desired", Demultiplexer([2 * size for size in (n, fingers) if size]))
         connect(self.playout.get_output_port(), desired.get_input_port())
@@ -134,6 +138,13 @@ class ArmRobot(Diagram):
     def body_size(self, name: str) -> int:
         """Length of `<object>_body`."""
         return self.plant.num_multibody_states(self._robot.bodies[name])
+
+    def states(self, setpoints: FloatArray, positions: FloatArray) -> FloatArray:
+        """What `state` was, shape (n, n_exposed), from `setpoint` (n, 7) and `plant_positions` (n, n_q) of the time."""
+        arm, plant = self._robot.arm, self.plant
+        joints = [plant.GetPositionsFromArray(arm, row) for row in positions]
+        rows = [self._sensor.state(*of) for of in zip(joints, setpoints, strict=True)]
+        return np.array(rows).reshape(len(rows), len(self.space))
 
     def set_hand(self, root_context: Context, full: ArrayLike) -> None:
         """Put arm, fingers, set-point and inverse kinematics at a hand state, at rest.

@@ -58,8 +58,17 @@ def build_robot(
 _OF_A_POINT = ("hand", "home", "linear_speed", "angular_speed")
 
 
+_arms_that_can_be: set[str] = set()
+"""What they are made from: an evaluation makes thousands of worlds, and building an arm takes most of that time."""
+
+
 def _check_arm(spec: RobotSpec) -> None:
     """Refuse an arm that can't be, where a point stands in for it: what is set wrongly is said in every physics."""
+    told = repr(spec)
+    if told in _arms_that_can_be:
+        return
     if spec != replace(RobotSpec(), **{name: getattr(spec, name) for name in _OF_A_POINT}):
         with suppress(UnreachableError):  # a point can be where no arm can
             ArmRobot(spec, {})
+    if " at 0x" not in told:  # something in it that does not say what it is
+        _arms_that_can_be.add(told)

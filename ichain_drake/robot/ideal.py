@@ -8,7 +8,7 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 from ichain_drake.robot.hand import HAND, HandSpec
 from ichain_drake.robot.measurement import HandMeasurement
 from ichain_drake.robot.motion import HandMotion
-from ichain_drake.state import StateSpace
+from ichain_drake.state import FloatArray, StateSpace
 
 
 class _Exposed(LeafSystem):
@@ -68,6 +68,10 @@ class IdealHand(Diagram):
     def space(self) -> StateSpace:
         """State space of the robot object."""
         return self.spec.space
+
+    def states(self, setpoints: FloatArray) -> FloatArray:
+        """What `state` was, shape (n, n_exposed), from `setpoint` (n, 7) of the time."""
+        return self.spec.reduce(setpoints)
 
     def set_hand(self, root_context: Context, full: ArrayLike) -> None:
         """Put the hand at a full hand state, shape (7,), at rest.

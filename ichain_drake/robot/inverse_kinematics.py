@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from ichain_drake.errors import InputError
 from ichain_drake.robot.hand import GRIP, HAND, HandSpec
@@ -16,10 +17,16 @@ from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
 _N = len(HAND)
 
+FRAME_MARK = AbstractValue.Make("")
+"""What the hold that tells of frames holds; only that it is written matters."""
+
 # Weightless and perfectly still, an arm has no momentum against which the plant's solver (SAP) can measure convergence,
 # and after some seconds it raises "failed to converge" on rounding errors. Desired positions alternate by this much
 # [rad]: with a metre of arm that is 10 nm, and a hundred times what is needed.
 _DITHER = 1e-8
+
+# A frame and a time are compared to this part of a frame.
+_ROUNDING = 1e-6
 
 # Free motion slower than this [rad/s] rests while the hand's set-point does.
 _IDLE = 0.02
@@ -34,18 +41,20 @@ class InverseKinematics(HandMotion):
     frames of a tick are planned when it begins, since nothing that happens in it changes them: in one go Python takes
     half the time that it takes frame by frame, with caches that the plant's step has filled.
 
-    A frame begins with an unrestricted update, which Drake runs before any discrete update of the same instant, that
-    marks its plan as due. `joint_plan` is then read when the plant asks for it, and at a tick calculated with the
-    command of that instant; after the discrete update `joint_plan` is zero.
+    A frame's plan is due from the instant at which it begins until the discrete update of that instant; then
+    `joint_plan` is zero. In between the plant reads it, and at a tick it is calculated with the command of the instant.
+    What tells Drake's cache that a frame begins is the input `frame`, from an unrestricted update in C++, which comes
+    before any discrete update of the same instant.
 
     At rest (the set-point has not moved for two frames, and the posture hardly pulls) the joints stay.
 
     It is one system with `HandMotion`, whose set-points it reads, because each one that runs in Python costs something
     on every step of the plant.
 
-    Ports: those of `HandMotion`, and the outputs `joint_plan`: what each row of `Playout` changes by, (steps + 1) x
-    (joints, fingers); and `tick_plan`: where the tick ends (joints; the last row of the playout; the speed of the free
-    motion; whether the set-point stood still), then `joint_plan` of each of its frames.
+    Ports: those of `HandMotion`; an input `frame` of any value, that of a hold of one frame; and the outputs
+    `joint_plan`: what each row of `Playout` changes by, (steps + 1) x (joints, fingers); and `tick_plan`: where the
+    tick ends (joints; the last row of the playout; the speed of the free motion; whether the set-point stood still),
+    then `joint_plan` of each of its frames.
 
     Args:
         spec, home, linear_speed, angular_speed: see `HandMotion`.
@@ -87,18 +96,19 @@ class InverseKinematics(HandMotion):
         n = kinematics.size
         self._n, self.width = n, n + grip_positions.shape[1]
         self._weights = _interpolation(ratio, self.steps)
-        self._dither = _alternation(self.steps)
+        dither = _alternation(self.steps)
+        self._dithers = (-dither, dither)  # of even and odd frames
         self.rows = (self.steps + 1) * self.width
 
-        # Whether a plan is due; frames begun (their parity counts); frames of the tick that are still to be played.
-        self._mode = self.DeclareDiscreteState([1.0, 0.0, 0.0])
+        # Frames begun (their parity counts); frames of the tick that are still to be played.
+        self._mode = self.DeclareDiscreteState(2)
         self._end = self.DeclareDiscreteState(self._at_rest(joints, self._row(joints, closed)))  # of the planned frames
         self._frames = self.DeclareDiscreteState(FRAMES_PER_TICK * self.rows)
         tickets = {self.xd_ticket(), self._command.ticket()}
         size = n + self.width + 2 + FRAMES_PER_TICK * self.rows
         self._tick = self.DeclareVectorOutputPort("tick_plan", size, self._calc_tick, tickets)
-        self.DeclareVectorOutputPort("joint_plan", self.rows, self._calc_plan, tickets)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._begin)
+        begins = self.DeclareAbstractInputPort("frame", FRAME_MARK).ticket()
+        self.DeclareVectorOutputPort("joint_plan", self.rows, self._calc_plan, {*tickets, begins})
 
     def set_joints(self, context: Context, joints: FloatArray, *, closed: bool) -> FloatArray:
         """Start at rest at joint positions of shape (n_joints,).
@@ -107,8 +117,7 @@ class InverseKinematics(HandMotion):
             What every row of the playout must hold, shape (width,).
         """
         row = self._row(joints, closed)
-        at_frame = abs(context.get_time() / FRAME - round(context.get_time() / FRAME)) < 1e-6
-        context.SetDiscreteState(self._mode, [float(at_frame), 0.0, 0.0])
+        context.SetDiscreteState(self._mode, [0.0, 0.0])
         context.SetDiscreteState(self._end, self._at_rest(joints, row))
         return row
 
@@ -119,8 +128,8 @@ class InverseKinematics(HandMotion):
         return np.concatenate([joints, row, [0.0, 0.0]])
 
     def _calc_plan(self, context: Context, output: BasicVector) -> None:
-        due, _, left = context.get_discrete_state(self._mode).value().tolist()
-        if not due:
+        left = context.get_discrete_state(self._mode).value()[1]
+        if self.frame(context) > context.get_time() * FRAME_RATE + _ROUNDING:  # it has begun, and its plan was read
             output.SetZero()
         elif left:
             frames = context.get_discrete_state(self._frames).value()
@@ -135,7 +144,7 @@ class InverseKinematics(HandMotion):
         end = discrete.value(self._end)
         n, size = self._n, len(end)
         joints, held, (speed, rested) = end[:n], end[n:-2], end[-2:].tolist()
-        parity = int(discrete.value(self._mode)[1])
+        parity = int(discrete.value(self._mode)[0])
         setpoint, points = discrete.value(self._setpoint_index), self._plan.Eval(context).reshape(-1, _N)
         over = self.frame(context) % FRAMES_PER_TICK
         tick = np.zeros(size + FRAMES_PER_TICK * self.rows)
@@ -147,14 +156,14 @@ class InverseKinematics(HandMotion):
                 rows[:, :n] = joints
             else:
                 path, speed = self._kinematics.follow(joints, self._targets(setpoint, points[place]), self._period)
-                rows[:, :n] = self._weights @ np.stack([joints, *path])
+                rows[:, :n] = self._weights @ np.array([joints, *path])
                 joints = path[-1]
             if points[place, GRIP] > 0.5:
-                fingers = held[n:]
-                rows[:, n:] = fingers + np.clip(self._grip[1] - fingers, -self._grip_reach, self._grip_reach)
+                fingers, reach = held[n:], self._grip_reach
+                rows[:, n:] = fingers + np.minimum(np.maximum(self._grip[1] - fingers, -reach), reach)
             else:  # it strikes nothing
                 rows[:, n:] = self._grip[0]
-            rows[:, :n] += self._dither if (parity + place - over) % 2 else -self._dither
+            rows[:, :n] += self._dithers[(parity + place - over) % 2]
             rows -= held
             held = held + rows[-1]  # the sum that the playout makes, so that both agree to the last bit
             setpoint, rested = points[place], float(still)
@@ -171,20 +180,18 @@ class InverseKinematics(HandMotion):
         angles = [(start[3:6] + share * wrap_angle(turn)).tolist() for share in self._shares]
         return [(hand_rotation(*a), start[:3] + share * way[:3]) for a, share in zip(angles, self._shares, strict=True)]
 
-    def _begin(self, context: Context, state: State) -> None:
-        _, frame, left = context.get_discrete_state(self._mode).value().tolist()
-        state.get_mutable_discrete_state().set_value(self._mode, [1.0, frame, left])
-
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         super()._update(context, discrete)
-        _, frame, left = context.get_discrete_state(self._mode).value().tolist()
+        mode = discrete.get_mutable_value(self._mode)
+        left = mode[1]
         if not left:
             tick = self._tick.Eval(context)
             size = len(tick) - FRAMES_PER_TICK * self.rows
             discrete.set_value(self._end, tick[:size])
             discrete.set_value(self._frames, tick[size:])
             left = FRAMES_PER_TICK - self.frame(context) % FRAMES_PER_TICK
-        discrete.set_value(self._mode, [0.0, frame + 1.0, left - 1.0])
+        mode[0] += 1.0
+        mode[1] = left - 1.0
 
 
 def _interpolation(periods: int, steps: int) -> FloatArray:

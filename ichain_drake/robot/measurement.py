@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from ichain_drake.noise import NoiseStream
 from ichain_drake.robot.hand import HandSpec
+from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME
 
 
@@ -27,7 +29,7 @@ class HandMeasurement(LeafSystem):
         std = spec.noise_vector()
         self._noisy = np.flatnonzero(std)
         self._std = std[self._noisy]
-        self._noise = NoiseStream(seed, object_id, "measurement", tuple(int(spec.indices[i]) for i in self._noisy))
+        self.noise = NoiseStream(seed, object_id, "measurement", tuple(int(spec.indices[i]) for i in self._noisy))
         self._state = self.DeclareVectorInputPort("state", n)
         tickets = {self._state.ticket()}
         if len(self._noisy):
@@ -43,11 +45,31 @@ class HandMeasurement(LeafSystem):
             context.SetDiscreteState([math.ceil(context.get_time() / FRAME - 1e-6)])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        value = self._state.Eval(context).copy()
+        value = self._state.Eval(context)
+        frame = int(context.get_discrete_state_vector().value()[0]) if len(self._noisy) else 0
+        output.SetFromVector(self.read(value, self.noise.at(frame)))
+
+    def read(self, state: FloatArray, noise: FloatArray) -> FloatArray:
+        """What the sensors give, shape (..., n).
+
+        Args:
+            state: shape (..., n).
+            noise: standard normal, of the variables that are read with any, shape (..., n_noisy).
+        """
+        value = state.copy()
         if len(self._noisy):
-            frame = int(context.get_discrete_state_vector().value()[0])
-            value[self._noisy] += self._std * self._noise.at(frame)
-        output.SetFromVector(value)
+            value[..., self._noisy] += self._std * noise
+        return value
+
+    def readings(self, states: FloatArray, frames: Sequence[int]) -> FloatArray:
+        """What `measured` showed at some frames of a run, to the last bit.
+
+        Args:
+            states: the hand's at these frames, shape (n, n_exposed).
+            frames: their numbers from the start of the run.
+        """
+        rows = [self.read(state, self.noise.at(frame)) for state, frame in zip(states, frames, strict=True)]
+        return np.array(rows).reshape(states.shape)
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        discrete.set_value([context.get_discrete_state_vector().value()[0] + 1.0])
+        discrete.get_mutable_value()[0] += 1.0

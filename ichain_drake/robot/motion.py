@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from ichain_drake.robot.hand import GRIP, HAND, HandSpec
-from ichain_drake.state import FloatArray, wrap_angle
+from ichain_drake.state import FloatArray, IntArray, wrap_angle
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
 FRAME_RATE = 30
 MOVE_FRAMES = 4
 LINEAR_SPEED = 0.4
 ANGULAR_SPEED = 2.0
+_IN_TIME = 1.0 + 1e-9
 
 _N = len(HAND)
 
@@ -71,50 +72,78 @@ class HandMotion(LeafSystem):
         """The number of frames that have begun."""
         return int(context.get_discrete_state(self._frame_index).value()[0])
 
-    def plan_frames(self, start: FloatArray, target: FloatArray) -> int:
-        """Least number of frames, at least 4, from start to target (n_exposed,) within the speed limits."""
-        count = MOVE_FRAMES
+    def plan_frames(self, start: FloatArray, target: FloatArray) -> IntArray:
+        """Least number of frames, at least 4, within the speed limits.
+
+        Args:
+            start, target: exposed variables, shape (..., n_exposed).
+
+        Returns:
+            shape (...).
+        """
         difference = self.spec.space.difference(target, start)
+        count = np.full(start.shape[:-1], MOVE_FRAMES)
+        for place in np.argwhere(self._excess(start, difference, MOVE_FRAMES) > _IN_TIME):
+            row = tuple(place)
+            count[row] = self._longer(start[row], difference[row])
+        return count
+
+    def _longer(self, start: FloatArray, difference: FloatArray) -> int:
+        """`plan_frames` of one way that 4 frames are too few for."""
+        count = MOVE_FRAMES
         for _ in range(20):  # on a curved surface the steps are uneven: lengthen until the largest is small enough
-            points = self.spec.full(start + np.arange(count + 1)[:, None] / count * difference)
-            steps = np.diff(points, axis=0)
-            length = math.sqrt((steps[:, :3] ** 2).sum(axis=1).max())
-            turn = math.sqrt((wrap_angle(steps[:, 3:6]) ** 2).sum(axis=1).max())
-            excess = FRAME_RATE * max(length / self._linear_speed, turn / self._angular_speed)
-            if excess <= 1.0 + 1e-9:
+            excess = float(self._excess(start, difference, count))
+            if excess <= _IN_TIME:
                 break
             count = max(count + 1, math.ceil(count * excess - 1e-9))
         return count
+
+    def _excess(self, start: FloatArray, difference: FloatArray, count: int) -> FloatArray:
+        """How many times the speed limits the fastest of so many frames needs, shape (...)."""
+        part = np.arange(count + 1).reshape(-1, *[1] * start.ndim) / count
+        steps = np.diff(self.spec.full(start + part * difference), axis=0)
+        length = np.sqrt((steps[..., :3] ** 2).sum(axis=-1).max(axis=0))
+        turn = np.sqrt((wrap_angle(steps[..., 3:6]) ** 2).sum(axis=-1).max(axis=0))
+        return FRAME_RATE * np.maximum(length / self._linear_speed, turn / self._angular_speed)
 
     def _calc_points(self, context: Context, output: BasicVector) -> None:
         if self.frame(context) % FRAMES_PER_TICK:
             output.SetFromVector(context.get_discrete_state(self._tick_index).value())
         else:
-            output.SetFromVector(self._lay(context).ravel())
+            now = context.get_discrete_state(self._setpoint_index).value()
+            output.SetFromVector(self.lay(now, self._command.Eval(context)).ravel())
 
-    def _lay(self, context: Context) -> FloatArray:
-        """Set-points at the ends of the frames of the tick that begins, shape (10, 7)."""
+    def lay(self, now: FloatArray, command: FloatArray) -> FloatArray:
+        """Set-points at the ends of the frames of a tick, shape (10, ..., 7).
+
+        Args:
+            now: set-points as the tick begins, shape (..., 7).
+            command: hand commands, shape (..., n_exposed).
+
+        Raises:
+            InputError: on a command that is not finite.
+        """
         spec = self.spec
-        target = spec.space.clip(spec.space.check(self._command.Eval(context), "hand command"))
-        start = spec.reduce(context.get_discrete_state(self._setpoint_index).value())
-        count = self.plan_frames(start, target)
-        done = np.minimum(np.arange(1, FRAMES_PER_TICK + 1), count)[:, None]
+        target = spec.space.clip(spec.space.check(command, "hand command"))
+        start = spec.reduce(now)
+        count = self.plan_frames(start, target)[..., None]
+        done = np.minimum(np.arange(1, FRAMES_PER_TICK + 1).reshape(-1, *[1] * start.ndim), count)
         exposed = np.where(done == count, target, start + done / count * spec.space.difference(target, start))
         points = spec.full(exposed)
-        points[:, 3:6] = wrap_angle(points[:, 3:6])
-        points[:, GRIP] = round(spec.full(target)[GRIP])
+        points[..., 3:6] = wrap_angle(points[..., 3:6])
+        points[..., GRIP] = np.rint(spec.full(target)[..., GRIP])
         return points
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        frame = self.frame(context)
-        place = frame % FRAMES_PER_TICK
+        frame = discrete.get_mutable_value(self._frame_index)
+        place = int(frame[0]) % FRAMES_PER_TICK
         if place:
-            points = context.get_discrete_state(self._tick_index).value()
+            points = discrete.value(self._tick_index)
         else:
             points = self._plan.Eval(context)
             discrete.set_value(self._tick_index, points)
         discrete.set_value(self._setpoint_index, points[_N * place : _N * (place + 1)])
-        discrete.set_value(self._frame_index, [frame + 1.0])
+        frame[0] += 1.0
 
 
 def _held(full: FloatArray) -> FloatArray:

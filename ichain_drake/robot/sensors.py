@@ -13,6 +13,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem
 from ichain_drake.robot.hand import GRIP, HAND, PITCH, ROLL, YAW, HandSpec
 from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.pose import hand_values
+from ichain_drake.state import FloatArray
 
 TOUCH_RANGE = 25.0
 """Range of the touch sensor [N]."""
@@ -35,14 +36,17 @@ class HandSensor(LeafSystem):
         self.DeclareVectorOutputPort("state", len(spec.space), self._calc, tickets)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        setpoint = self._setpoint.Eval(context)
-        pose = self._kinematics.pose(self._arm.Eval(context)[: self._kinematics.size])
+        joints = self._arm.Eval(context)[: self._kinematics.size]
+        output.SetFromVector(self.state(joints, self._setpoint.Eval(context)))
+
+    def state(self, joints: FloatArray, setpoint: FloatArray) -> FloatArray:
+        """The hand's state, shape (n_exposed,), at joint positions (n_joints,) and a set-point (7,)."""
+        pose = self._kinematics.pose(joints)
         if self._turns:
-            full = hand_values(pose, setpoint[GRIP], near=setpoint)
-        else:  # angles that nobody sees cost most
-            full = setpoint
-            full[:3] = pose.translation()
-        output.SetFromVector(self._spec.reduce(full))
+            return self._spec.reduce(hand_values(pose, setpoint[GRIP], near=setpoint))
+        full = setpoint.copy()  # angles that nobody sees cost most
+        full[:3] = pose.translation()
+        return self._spec.reduce(full)
 
 
 class TouchSensor(LeafSystem):

@@ -14,6 +14,7 @@ from ichain_drake.demonstrations.quality import tell_findings
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import read_pieces
+from ichain_drake.learning.enough import learned_bound
 from ichain_drake.learning.estimators.trial import try_out
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.open_piece import OpenScript
@@ -69,7 +70,7 @@ def read_for(
         InputError: as `read_demonstrations` and `read_pieces`, and if what follows paths is shown far from the plane.
     """
     if isinstance(scenario, PathScenario):
-        pieces = read_demonstrations(folder, scenario.graph, resampled=resampled, say=say)
+        pieces = read_demonstrations(folder, scenario.graph, resampled=resampled, say=say, bound=learned_bound())
         check_in_plane(pieces, scenario)
         check_moves(pieces, scenario)
     else:

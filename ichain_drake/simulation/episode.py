@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from ichain_drake.control.tracking.arrival import Arrival
 from ichain_drake.control.tracking.systems import PathController, PathFollower
+from ichain_drake.simulation.frame_log import DOING, FrameLog
 from ichain_drake.simulation.interruption import deferred_interrupt
 from ichain_drake.simulation.path_watch import PathWatch
 from ichain_drake.simulation.watching import Watcher, present_watcher
@@ -19,8 +18,6 @@ from ichain_drake.simulation.wiring import wire
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
 from ichain_drake.world.world import World
-
-_DOING = ("progress", "wanted", "mode", "edge", "skill", "plan_step")  # ports of commanders
 
 
 @dataclass(frozen=True)
@@ -77,8 +74,7 @@ class Episode:
         builder.AddSystem(world)
         builder.AddSystem(commander)
         wire(builder, world, commander, truth)
-        self._places: dict[str, slice] = {}
-        self._sink = self._add_log(builder) if log else None
+        self._log = FrameLog(builder, world, commander) if log else None
         self.diagram: Diagram = builder.Build()
         self.simulator = Simulator(self.diagram)
         self.context = self.simulator.get_mutable_context()
@@ -88,26 +84,6 @@ class Episode:
     def follower(self) -> PathFollower | None:
         """What follows the path; None where there is none."""
         return self.commander.follower if isinstance(self.commander, PathController) else None
-
-    def _add_log(self, builder: DiagramBuilder) -> VectorLogSink:
-        """One log of all that is logged, side by side: each sink of its own would cost something on every step."""
-        ports: dict[str, OutputPort] = {"command": self.commander.GetOutputPort("hand_command")}
-        for name in self.world.graph.objects:
-            for port in ("state", "measured", "active"):
-                if self.world.HasOutputPort(f"{name}.{port}"):
-                    ports[f"{name}.{port}"] = self.world.GetOutputPort(f"{name}.{port}")
-        if self.world.HasOutputPort("plant_positions"):
-            ports["plant_positions"] = self.world.GetOutputPort("plant_positions")
-        for port in _DOING:
-            if self.commander.HasOutputPort(port):
-                ports[port] = self.commander.GetOutputPort(port)
-        logged = {key: port for key, port in ports.items() if port.size()}
-        joined = builder.AddSystem(Multiplexer([port.size() for port in logged.values()]))
-        end = 0
-        for i, (key, port) in enumerate(logged.items()):
-            builder.Connect(port, joined.get_input_port(i))
-            self._places[key], end = slice(end, end + port.size()), end + port.size()
-        return LogVectorOutput(joined.get_output_port(), builder, FRAME)
 
     def run(self, ticks: int, stop: Callable[[Episode], bool] | None = None) -> bool:
         """Advance tick by tick.
@@ -127,7 +103,7 @@ class Episode:
         """To a tick, frame by frame if somebody watches, which gives the same."""
         last = tick * FRAMES_PER_TICK
         # Counted in frames: a number of ticks may end a rounding error before its last frame.
-        if watcher is None or self._sink is None:
+        if watcher is None or self._log is None:
             self.simulator.AdvanceTo(last * FRAME)
             return
         if self._seen_by is not watcher:
@@ -155,16 +131,13 @@ class Episode:
 
     def recent(self, name: str) -> FloatArray:
         """True states of an object at the frames of the last tick, its start included, shape (n, n_variables)."""
-        assert self._sink is not None
-        rows = self._sink.FindLog(self.context).data()[self._places[f"{name}.state"], -FRAMES_PER_TICK - 1 :].T
-        return rows.copy()
+        assert self._log is not None
+        return self._log.rows(self.context, f"{name}.state", FRAMES_PER_TICK + 1)
 
     def log(self) -> EpisodeLog:
         """What has been logged so far."""
-        assert self._sink is not None
-        logged = self._sink.FindLog(self.context)
-        times, data = np.array(logged.sample_times()), logged.data()
-        rows = {key: data[place].T.copy() for key, place in self._places.items()}
+        assert self._log is not None
+        times, rows = self._log.all_rows(self.context)
         names = self.world.graph.objects
         return EpisodeLog(
             times,
@@ -173,7 +146,7 @@ class Episode:
             {n: rows[f"{n}.active"] for n in names if f"{n}.active" in rows},
             rows["command"],
             rows.get("plant_positions"),
-            {key: rows[key] for key in _DOING if key in rows},
+            {key: rows[key] for key in DOING if key in rows},
         )
 
 

@@ -18,8 +18,8 @@ class World(Diagram):
     input port of the parent's name. An object with a body is also connected to the robot's plant.
 
     Ports: input `hand_command`; outputs `<object>.state`, `<object>.measured`, `<object>.valid` for every object and
-    the robot, `<object>.active` for every object; of a robot with a plant also `plant_positions`, and `query`, which a
-    visualizer takes.
+    the robot, `<object>.active` for every object; of a hand also `setpoint`, where it is to be; of a robot with a plant
+    also `plant_positions`, and `query`, which a visualizer takes.
 
     Args:
         graph: the interaction graph.
@@ -61,7 +61,7 @@ class World(Diagram):
         if robot.HasInputPort("hand_command"):
             builder.ExportInput(robot.GetInputPort("hand_command"), "hand_command")
         self._export(builder)
-        for port in [p for p in ("plant_positions", "query") if robot.HasOutputPort(p)]:
+        for port in [p for p in ("setpoint", "plant_positions", "query") if robot.HasOutputPort(p)]:
             builder.ExportOutput(robot.GetOutputPort(port), port)
         builder.BuildInto(self)
         self.set_name("world")

@@ -117,6 +117,8 @@ def test_a_report_to_stdout_is_all_there_is_on_stdout(ichain, strict_json, monke
         (["--methods", "default,magic"], "there is no method 'magic'"),
         (["--trials", "0"], "give numbers from 1"),
         (["--jobs", "0"], "give numbers from 1"),
+        (["--fresh", "--shared"], "car_game follows paths: give one of --fresh and --shared"),
+        (["--shared", "--methods", "first_link"], "first_link has no trials"),
         (["--physics", "unreal"], "physics 'unreal'"),
         (["--set", "learning.estimator=nix"], "there is no estimator 'nix'"),
     ],
@@ -133,3 +135,20 @@ def test_a_report_that_cannot_be_written_is_refused_before_any_work(ichain, tmp_
     done = ichain("evaluate", "car_game", "--report", tmp_path / "file" / "report.json")
     assert done.status == 2
     assert done.err.count("\n") == 1
+
+
+def test_trials_may_share_demonstrations_for_any_number_of_processes(ichain, strict_json, monkeypatch, tmp_path):
+    monkeypatch.setitem(SCENARIOS, "short_game", ShortGame)
+    shared = ["evaluate", "short_game", "--physics", "ideal", "--methods", "paper@50,oracle", "--shared", "--trials", 6]
+    found = []
+    for jobs in (1, 2):
+        file = tmp_path / f"{jobs}.json"
+        done = ichain(*shared, "--jobs", jobs, "--report", file)
+        assert done.status == 0
+        assert "all with the demonstrations of seed 0" in done.out
+        found.append(strict_json(file.read_text()))
+    assert found[0]["rows"] == found[1]["rows"]
+    assert {(row["seed"], row["demonstrations"]) for row in found[0]["rows"]} == {(k, "seed 0") for k in range(6)}
+    done = ichain(*shared, "--report", tmp_path / "1.json", "--resume")
+    assert done.status == 0
+    assert strict_json((tmp_path / "1.json").read_text())["rows"] == found[0]["rows"]

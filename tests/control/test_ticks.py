@@ -32,6 +32,19 @@ def test_it_decides_on_each_tenth_frame_and_is_told_the_tick() -> None:
         assert system.GetOutputPort("kept").Eval(simulator.get_context()).tolist() == [tick, tick + 1]
 
 
+def test_it_is_asked_on_every_second_frame_alone() -> None:
+    """A call into Python costs, whatever it finds."""
+    asked = []
+
+    class Asked(Remembers):
+        def _on_event(self, context: Context, state: State) -> None:
+            asked.append(context.get_time())
+            super()._on_event(context, state)
+
+    Simulator(Asked()).AdvanceTo(99.5 * FRAME)
+    assert asked == [frame * FRAME for frame in range(0, 100, 2)]
+
+
 def test_its_count_is_in_the_context() -> None:
     system = Remembers()
     simulator = Simulator(system)

@@ -37,6 +37,14 @@ def test_poses_are_found_by_role() -> None:
     assert planar_poses(SPACE.subspace(["x", "y", "ph"])) == []
 
 
+@pytest.mark.parametrize("names", [SPACE.names, ("a", "y", "x", "th"), ("x", "a", "b", "ph"), ("th", "ph"), ()])
+def test_features_are_plain_variables_cosines_and_sines_in_any_order(names: tuple[str, ...]) -> None:
+    """Also where the indices of a sort follow on each other, and are taken as one slice."""
+    features, rows = StateFeatures(SPACE.subspace(names), "raw"), np.random.default_rng(0).normal(size=(3, len(names)))
+    plain, angles = rows[:, features.plain], rows[:, features.angles]
+    np.testing.assert_array_equal(features(rows), np.concatenate([plain, np.cos(angles), np.sin(angles)], axis=1))
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @given(pair=states)
 def test_decode_inverts_encode(kind: FeatureKind, pair: np.ndarray) -> None:

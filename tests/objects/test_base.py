@@ -10,6 +10,7 @@ from pydrake.systems.framework import Context
 from ichain_drake.errors import InputError
 from ichain_drake.noise import NoiseStream
 from ichain_drake.objects import ObjectSettings, WorldObject
+from ichain_drake.objects.rows import decide_rows
 from ichain_drake.state import StateSpace, Variable
 from ichain_drake.timing import FRAME
 
@@ -172,3 +173,9 @@ def test_an_object_without_step_says_so() -> None:
 
     with pytest.raises(NotImplementedError, match="Empty does not implement step"):
         Rig(Empty("e", {"knob": KNOB})).simulator.AdvanceTo(0.1)
+
+
+def test_many_rows_are_decided_as_each_is_alone() -> None:
+    parents, before = {"knob": np.array([[0.7], [0.5], [0.5], [0.3]])}, {"knob": np.array([False, False, True, True])}
+    decided = decide_rows(make(), np.zeros((4, 2)), parents, before)
+    np.testing.assert_array_equal(decided["knob"], [True, False, True, False])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ichain_drake.control.execution.following import pose_of
+from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.settings import PLANNING
@@ -76,13 +77,28 @@ class Carried:
         return replace(self, seen={**self.seen, obj: np.array(state)}) if obj in self.left else self
 
     def standing(self, model: InteractionModel, now: States) -> dict[str, FloatArray]:
-        """`left` of those objects that are still where the robot let go of them.
+        """Of what stands around: the robot's state in which it would let go of it there, shape (n_root,).
+
+        Where the robot let go of an object that has not moved since, that state; of another that goes along with the
+        robot when it is held, the one in which it was taken in the nearest demonstration, moved as the object was.
 
         Args:
             model: the learned graph.
             now: measured states, shape (n_variables,) each.
         """
-        return {n: v for n, v in self.left.items() if n not in self.seen or not _moved(model, n, self.seen[n], now[n])}
+        frames, root, out = Frames(model), model.graph.root, {}
+        for edge in model.edges:
+            obj = edge.child
+            if edge.parent != root or obj == self.held:
+                continue
+            if obj in self.left and (obj not in self.seen or not _moved(model, obj, self.seen[obj], now[obj])):
+                out[obj] = self.left[obj]
+            elif frames.is_carried(obj) and len(taken := model.edges[edge].examples.activations.after[obj]):
+                off = _off(model, obj, taken, now[obj]) / span(model, obj)
+                k = int(np.argmin(np.linalg.norm(off[:, sorted(pose_of(model.graph.objects[obj].observable))], axis=1)))
+                robot = model.edges[edge].examples.activations.after[root][k]
+                out[obj] = frames.along(root, robot, obj, taken[k], now[obj])
+        return out
 
     def stayed(self, model: InteractionModel, now: States) -> bool:
         """Whether what should go along with the robot is still where it was taken: it never went along.
@@ -109,7 +125,10 @@ class Carried:
 
 
 def _moved(model: InteractionModel, obj: str, was: FloatArray, now: FloatArray) -> bool:
-    space = model.graph.objects[obj].observable
-    off = np.abs(space.difference(now, was))
-    pose = sorted(pose_of(space))
+    off = _off(model, obj, was, now)
+    pose = sorted(pose_of(model.graph.objects[obj].observable))
     return bool((off > np.maximum(LEARNING.near * span(model, obj), PLANNING.noises * model.noise[obj]))[pose].any())
+
+
+def _off(model: InteractionModel, obj: str, was: FloatArray, now: FloatArray) -> FloatArray:
+    return np.abs(model.graph.objects[obj].observable.difference(now, was))

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, State
 
 from ichain_drake.control.execution.executor import Executor, Memory
+from ichain_drake.control.ticks import TickSystem
 from ichain_drake.state import FloatArray, StateSpace
-from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 
 
 class _Kept:
@@ -27,11 +27,8 @@ class _Kept:
         return self
 
 
-class GraphController(LeafSystem):
+class GraphController(TickSystem):
     """Closes the loop around an interaction graph with an `Executor` (paper appendix B).
-
-    As `control.systems.Controller` it decides in an unrestricted update on every tenth 30 Hz frame, so that a decision
-    is in force in the frame that starts with the measurements it was made from.
 
     Ports: for every object and the robot an input of its name for `measured`, and `<object>.valid`; an unconnected
     `valid` counts as valid. Outputs `hand_command`, and what it is doing: `mode` (see `Mode`), `edge` (index of the
@@ -44,33 +41,27 @@ class GraphController(LeafSystem):
     """
 
     def __init__(self, executor: Executor, initial_command: FloatArray) -> None:
-        super().__init__()
-        self.set_name("controller")
+        super().__init__("controller")
         self.executor = executor
         self._edges = executor.model.graph.interactions
         spaces: Mapping[str, StateSpace] = {n: s.observable for n, s in executor.model.graph.objects.items()}
         self._measured = {n: self.DeclareVectorInputPort(n, len(s)) for n, s in spaces.items()}
         self._valid = {n: self.DeclareVectorInputPort(f"{n}.valid", 1) for n in spaces}
         self._command = self.DeclareDiscreteState(np.asarray(initial_command, dtype=float))
-        self._frame = self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("hand_command", self._command)
         self._shown = {}
         for name, first in (("mode", 0.0), ("edge", -1.0), ("skill", 0.0), ("plan_step", -1.0)):
             self._shown[name] = self.DeclareDiscreteState(np.array([first]))
             self.DeclareStateOutputPort(name, self._shown[name])
         self._memory = self.DeclareAbstractState(Value(_Kept(executor.start(np.asarray(initial_command, dtype=float)))))
-        self.DeclarePeriodicUnrestrictedUpdateEvent(FRAME, 0.0, self._decide)
 
     def memory(self, context: Context) -> Memory:
         """What the execution remembers, given this system's context; not to be changed."""
         return context.get_abstract_state(int(self._memory)).get_value().memory
 
-    def _decide(self, context: Context, state: State) -> None:
-        frame = int(context.get_discrete_state(self._frame).value()[0])
+    def decide(self, context: Context, state: State, tick: int) -> None:
+        """Ask the executor."""
         discrete = state.get_mutable_discrete_state()
-        discrete.set_value(self._frame, [frame + 1])
-        if frame % FRAMES_PER_TICK:
-            return
         measured = {n: port.Eval(context) for n, port in self._measured.items()}
         valid = {n: not p.HasValue(context) or bool(p.Eval(context)[0] > 0.5) for n, p in self._valid.items()}
         slot = state.get_mutable_abstract_state(int(self._memory))

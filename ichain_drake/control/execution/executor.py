@@ -176,7 +176,7 @@ class Executor:
             self.settings.attempts, motion, memory.carried.left, memory.carried.following,
             news=0 if blocked is None else len(blocked.places),
         )  # fmt: skip
-        if view.left:
+        if self.motion is not None:
             view.left = memory.carried.standing(view.model, view.averaged())
         return view
 

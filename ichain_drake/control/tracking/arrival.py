@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.state import FloatArray
@@ -39,7 +38,9 @@ class Arrival:
         """
         # From the tick before on: where a path crosses itself, a later branch must not stand in for an earlier one.
         passed = slice(self._before, progress + 1)
-        distance = cKDTree(positions).query(path.points[passed])[0]
+        # All with all: they are few, and a tree of them would take longer to make.
+        away = path.points[passed][:, None] - positions
+        distance = np.sqrt((away**2).sum(axis=-1).min(axis=1))
         self._farthest[passed] = np.minimum(self._farthest[passed], distance)
         self._before, self._progress = self._progress, progress
         self._near_end = path.near_end(progress)

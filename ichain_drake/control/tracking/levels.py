@@ -236,13 +236,16 @@ class PredictiveLevel:
         error = self._target_space.difference(after[..., targets], wanted) / self.target_scale
         errors = np.einsum("nkij,nkj->nki", metric, error)
         effort = self.weights.effort / self.parent_scale
-        moves = np.diff(np.concatenate([parent[:, None], plan], axis=1), axis=1) * effort
+        way = np.concatenate([parent[:, None], plan], axis=1)
+        moves = (way[:, 1:] - way[:, :-1]) * effort
         residual = np.concatenate([errors.reshape(n, -1), moves.reshape(n, -1)], axis=1)
         if sensitivity is None:
             return residual, None
         slopes = metric @ (sensitivity[:, :, targets] / self.target_scale[:, None])
-        by_moves = np.broadcast_to(self._moves_by_plan, (n, horizon * m, horizon * m))
-        return residual, np.concatenate([slopes.reshape(n, -1, horizon * m), by_moves], axis=1)
+        jacobian = np.empty((n, residual.shape[1], horizon * m))
+        jacobian[:, : -horizon * m] = slopes.reshape(n, -1, horizon * m)
+        jacobian[:, -horizon * m :] = self._moves_by_plan
+        return residual, jacobian
 
     def _rollout(
         self, child: FloatArray, parent: FloatArray, plan: FloatArray, offsets: FloatArray, *, with_jacobian: bool
@@ -292,11 +295,10 @@ class PredictiveLevel:
         """The plan with every step as far as `parent_step` lets it be, shape (n, horizon, n_parent)."""
         if self.parent_step is None:
             return plan
-        steps, at = [], parent
+        steps, at = np.empty_like(plan), parent
         for k in range(plan.shape[1]):
-            at = np.minimum(np.maximum(plan[:, k], at - self.parent_step), at + self.parent_step)
-            steps.append(at)
-        return np.stack(steps, axis=1)
+            at = np.minimum(np.maximum(plan[:, k], at - self.parent_step), at + self.parent_step, out=steps[:, k])
+        return steps
 
     def _improve(self, plan: FloatArray, residual: FloatArray, jacobian: FloatArray, trust: FloatArray) -> FloatArray:
         lower, upper, reach, damping = self._of_plan

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from ichain_drake.demonstrations.columns import as_numbers
 from ichain_drake.demonstrations.csv_text import read_csv
 from ichain_drake.errors import InputError
-from ichain_drake.state import FloatArray
+from ichain_drake.state import FloatArray, IntArray
 from ichain_drake.units import convert, split_unit
 
 _MIN_POINTS = 2
@@ -196,6 +196,13 @@ class TimedPath:
         ahead = max(2, int(np.ceil(seconds * self.limits.speed / self._spacing)))
         window = self.points[progress : progress + ahead + 1]
         return progress + int(np.argmin(np.sum((window - position) ** 2, axis=1)))
+
+    def advance_rows(self, positions: FloatArray, progress: IntArray, seconds: float) -> IntArray:
+        """`advance` of several followers at once, shape (n,), from positions (n, 2) and indices (n,)."""
+        ahead = max(2, int(np.ceil(seconds * self.limits.speed / self._spacing)))
+        window = np.minimum(progress[:, None] + np.arange(ahead + 1), len(self.points) - 1)
+        away = np.sum((self.points[window] - positions[:, None]) ** 2, axis=2)
+        return progress + np.argmin(away, axis=1)
 
     def near_end(self, progress: int) -> bool:
         """Whether an index is within the tolerance of the end, along the path; see `Arrival` too."""

@@ -45,11 +45,13 @@ class Controller(TickSystem):
         self.policy = policy
         self._foresee = foresee
         self._n_targets = n_targets
+        self.reads = tuple(chain)
+        self.initial_command = np.asarray(initial_command, dtype=float)
         sizes = [len(s) for s in chain.values()] if inputs is None else list(inputs)
         self._ports = [self.DeclareVectorInputPort(n, k) for n, k in zip(chain, sizes, strict=True)]
         self._target = self.DeclareVectorInputPort("target", policy.lookahead * n_targets)
         self._delay = None if foresee is None else self.DeclareVectorInputPort("delay", 1)
-        self._command = self.DeclareDiscreteState(np.asarray(initial_command, dtype=float))
+        self._command = self.DeclareDiscreteState(self.initial_command)
         self._wanted = self.DeclareDiscreteState(sum(sizes[:-1]))
         self._memory = self.DeclareDiscreteState(policy.memory_size)
         self.DeclareStateOutputPort("hand_command", self._command)

@@ -24,6 +24,7 @@ from ichain_drake.learning.chain.link import (
     specs_of,
 )
 from ichain_drake.learning.chain.models import ActionKind, ForwardModel, InverseModel
+from ichain_drake.learning.enough import enough, thinning_told
 from ichain_drake.learning.estimators.warned import collected_warnings
 from ichain_drake.learning.features import FeatureKind, planar_poses
 from ichain_drake.learning.frozen import FrozenModel
@@ -292,7 +293,10 @@ def learn_chain(
     Raises:
         InputError: if a link can't be learned; names it.
     """
-    pieces = list(pieces)
+    given = list(pieces)
+    pieces = enough(given, graph)
+    for line in thinning_told(given, pieces) if progress else ():
+        progress(line)  # type: ignore[misc]
     names = graph.chain(target)
     if len(names) == 1:
         raise InputError(f"{target} is the robot itself: there is no link to learn; name an object that it acts on")

@@ -78,13 +78,13 @@ class ForwardModel(_LinkModel):
 
     def inputs(self, child: NDArray, parent: NDArray, parent_next: NDArray) -> NDArray:
         """Regression inputs, shape (..., n_in), from states of shape (..., n)."""
-        parts = [self._child_features(child)]
+        parts = self._child_features.parts(child)
         if self._offset is not None:
             parent, parent_next = parent - self._offset, parent_next - self._offset
         if self.action in ("current", "both"):
-            parts.append(self._parent_features(parent))
+            parts += self._parent_features.parts(parent)
         if self.action in ("next", "both"):
-            parts.append(self._parent_features(parent_next))
+            parts += self._parent_features.parts(parent_next)
         return np.concatenate(parts, axis=-1)
 
     def predict_row(self, child: FloatArray, parent: FloatArray, parent_next: FloatArray) -> FloatArray:
@@ -146,8 +146,7 @@ class ForwardModel(_LinkModel):
         by_state, by_code = self.code.jacobians(child, code)
         n_child, n_parent = len(self._child_features), len(self._parent_features)
         by_child = by_state + self._child_features.by_state(by_code @ by_input[..., :n_child], child)
-        none = np.zeros((*child.shape[:-1], child.shape[-1], parent.shape[-1]))
-        by_parent, by_next = none, none
+        by_parent = by_next = np.zeros((*child.shape[:-1], child.shape[-1], parent.shape[-1]))
         start = n_child
         if self.action in ("current", "both"):
             block = by_input[..., start : start + n_parent]

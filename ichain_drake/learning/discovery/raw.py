@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ichain_drake.demonstrations import Demonstration, prepare, read_folder
+from ichain_drake.demonstrations import Demonstration, prepare
 from ichain_drake.demonstrations.checks import check_times, known_units
+from ichain_drake.demonstrations.long_logs import read_enough
+from ichain_drake.demonstrations.thinning import Bound
 from ichain_drake.errors import InputError
 from ichain_drake.files import is_file
 from ichain_drake.graph import Interaction, InteractionGraph
@@ -15,6 +17,7 @@ from ichain_drake.learning.discovery.cuts import TABLE, Pieces, cut_pieces
 from ichain_drake.learning.discovery.labels import raw_piece
 from ichain_drake.learning.discovery.log import RawPiece
 from ichain_drake.learning.discovery.marks import Mark, check_marks, marked
+from ichain_drake.learning.enough import learned_bound
 from ichain_drake.state import StateSpace
 
 
@@ -41,7 +44,8 @@ def read_raw(
     if root not in spaces:
         raise InputError(f"there is no object {root!r} to be the robot; objects are {', '.join(spaces)}")
     graph = InteractionGraph(spaces, [Interaction(root, n) for n in spaces if n != root])
-    return [raw_piece(p, graph) for p in read_logs(folder, graph, resampled=resampled, say=say).pieces]
+    found = read_logs(folder, graph, resampled=resampled, say=say, bound=learned_bound())
+    return [raw_piece(p, graph) for p in found.pieces]
 
 
 def read_logs(
@@ -51,6 +55,7 @@ def read_logs(
     resampled: bool = False,
     say: Callable[[str], None] | None = None,
     marks: Sequence[Mark] = (),
+    bound: Bound | None = None,
 ) -> Pieces:
     """Read, cut and check logs with all that is in them; only what the graph declares is looked at.
 
@@ -62,11 +67,12 @@ def read_logs(
         resampled: whether to take pieces of another period to the library's.
         say: called with a line on each thing that was done.
         marks: by a person, of statuses and cuts.
+        bound: how much of logs beyond memory is read (see `read_enough`); None to read all.
 
     Raises:
         InputError: as `read_raw` and `check_marks`.
     """
-    logs = prepare(read_folder(folder, say), graph, resampled=resampled, say=say)
+    logs = prepare(read_enough(folder, graph, bound, resampled=resampled, say=say), graph, resampled=resampled, say=say)
     check_marks(marks, logs, graph)
     logs = [marked(log, marks) for log in logs]
     if is_file(folder / TABLE) and not marks:

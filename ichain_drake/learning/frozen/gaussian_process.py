@@ -36,6 +36,7 @@ class GaussianProcess(FrozenModel):
     """
 
     kind: ClassVar[str] = "gaussian_process"
+    takes_batches: ClassVar[bool] = True
 
     centres: FloatArray
     length_scales: FloatArray

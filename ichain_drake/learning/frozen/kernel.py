@@ -12,6 +12,7 @@ from ichain_drake.learning.frozen.model import FrozenModel
 from ichain_drake.learning.frozen.scaling import FloatArray
 
 _ROWS = 256  # rows evaluated at once: bounds the memory of a large batch
+_TABLES = 16  # tables of one row evaluated at once: the bumps of more would not stay in the processor's cache
 _KEPT = 2  # rows whose bumps are kept for the derivatives: those of more would leave the processor's cache meanwhile
 
 
@@ -29,6 +30,7 @@ class KernelSum(FrozenModel):
     """
 
     kind: ClassVar[str] = "kernel"
+    takes_batches: ClassVar[bool] = True
 
     centres: FloatArray
     length_scales: FloatArray
@@ -81,29 +83,37 @@ class KernelSum(FrozenModel):
         return value + self.offset, slopes[:, : self.n_in] + slopes[:, self.n_in :] * centred
 
     def features(self, z: FloatArray) -> FloatArray:
-        """Values of all bumps, (n, n_in) -> (n_blocks, n, n_centres)."""
-        u = np.ones((len(z), 2 * self.n_in + 1))
-        np.subtract(z, self._middle, out=u[:, : self.n_in])
-        np.square(u[:, : self.n_in], out=u[:, self.n_in : -1])
-        phi = u @ self._tables
+        """Values of all bumps, (..., n, n_in) -> (..., n_blocks, n, n_centres)."""
+        d = self.n_in
+        u = np.empty((*z.shape[:-1], 2 * d + 1))
+        centred = np.subtract(z, self._middle, out=u[..., :d])
+        np.square(centred, out=u[..., d:-1])
+        u[..., -1] = 1.0
+        phi = u[..., None, :, :] @ self._tables
         return np.exp(phi, out=phi)
 
     def _batch(self, z: FloatArray) -> FloatArray:
-        if len(z) <= _ROWS:
+        step = _ROWS if z.ndim == 2 else _TABLES
+        if len(z) <= step:
             return self._some(z)
-        return np.concatenate([self._some(z[k : k + _ROWS]) for k in range(0, len(z), _ROWS)])
+        return np.concatenate([self._some(z[k : k + step]) for k in range(0, len(z), step)])
 
     def _some(self, z: FloatArray) -> FloatArray:
         """`_batch` of so few rows that the memory is no question."""
         phi = self.features(z)
         shared = self._blocks == 1
-        value = phi[0] @ self.weights.T if shared else np.matmul(phi, self.weights[:, :, None])[:, :, 0].T
-        return np.add(value, self.offset, out=np.empty((len(z), self.n_out)))
+        if shared:
+            value = phi[..., 0, :, :] @ self.weights.T
+        else:
+            value = np.matmul(phi, self.weights[:, :, None])[..., 0].swapaxes(-1, -2)
+        return np.add(value, self.offset, out=np.empty((*z.shape[:-1], self.n_out)))
 
     def _batch_jacobian(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        values, jacobians = np.empty((len(z), self.n_out)), np.empty((len(z), self.n_out, self.n_in))
-        for start in range(0, len(z), _ROWS):
-            part = slice(start, start + _ROWS)
+        values = np.empty((*z.shape[:-1], self.n_out))
+        jacobians = np.empty((*values.shape, self.n_in))
+        step = _ROWS if z.ndim == 2 else _TABLES
+        for start in range(0, len(z), step):
+            part = slice(start, start + step)
             values[part], phi = self._weighed(z[part])
             jacobians[part] = self._slopes_of([(z[part], phi)])[0]
         return values, jacobians
@@ -118,15 +128,17 @@ class KernelSum(FrozenModel):
         return super()._jacobians(notes) if isinstance(notes[0], np.ndarray) else self._slopes_of(notes)
 
     def _weighed(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (n, n_out), and what each bump adds to them, (n_out, n, n_centres)."""
+        """Values (..., n, n_out), and what each bump adds to them, (..., n_out, n, n_centres)."""
         phi = self.features(z) * self.weights[:, None, :]
-        return np.add(phi.sum(axis=2).T, self.offset, out=np.empty((len(z), self.n_out))), phi
+        value = np.add.reduce(phi, axis=-1).swapaxes(-1, -2)
+        return np.add(value, self.offset, out=np.empty((*z.shape[:-1], self.n_out))), phi
 
     def _slopes_of(self, notes: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
-        """Jacobians (k, n, n_out, n_in) from inputs and what each bump adds there, k times."""
-        slopes = np.matmul(np.array([phi for _, phi in notes]), self._slopes).transpose(0, 2, 1, 3)
-        centred = (np.array([z for z, _ in notes]) - self._middle)[:, :, None, :]
-        result = np.multiply(slopes[..., self.n_in :], centred, out=np.empty((*slopes.shape[:3], self.n_in)))
+        """Jacobians (k, ..., n, n_out, n_in) from inputs and what each bump adds there, k times."""
+        bumps = notes[0][1][None] if len(notes) == 1 else np.array([phi for _, phi in notes])
+        slopes = np.matmul(bumps, self._slopes).swapaxes(-3, -2)
+        centred = (np.array([z for z, _ in notes]) - self._middle)[..., None, :]
+        result = np.multiply(slopes[..., self.n_in :], centred, out=np.empty((*slopes.shape[:-1], self.n_in)))
         return np.add(slopes[..., : self.n_in], result, out=result)
 
     def rescaled(self, scale: FloatArray, offset: FloatArray) -> KernelSum:

@@ -30,6 +30,9 @@ class FrozenModel(ABC):
 
     kind: ClassVar[str]
     kinds: ClassVar[dict[str, type[FrozenModel]]] = {}
+    takes_batches: ClassVar[bool] = False
+    """Whether `batch` and `batch_noted` take tables of rows with leading dimensions, (..., n, n_in): each table gives
+    the bits that it gives alone, which rows of one table don't, as BLAS sums in another order for more rows."""
 
     inputs: InputScaling
     residual_std: FloatArray | None = None
@@ -196,7 +199,8 @@ class FrozenModel(ABC):
 
     def _rows(self, rows: ArrayLike) -> FloatArray:
         array = np.ascontiguousarray(rows, dtype=float)
-        if array.ndim != 2 or array.shape[1] != self.n_in:  # rows of a table
+        table = array.ndim == 2 or (array.ndim > 2 and self.takes_batches)
+        if not table or array.shape[-1] != self.n_in:
             raise InputError(f"frozen {self.kind} model: shape (n, {self.n_in}) is needed, got {array.shape}")
         return array
 

@@ -65,13 +65,13 @@ class Monomials:
         return np.multiply.reduce(padded.take(self._slots), axis=0)
 
     def batch(self, z: FloatArray) -> FloatArray:
-        """Evaluate at rows, (n, n_in) -> (n, n_monomials)."""
-        padded = np.ones((z.shape[1] + 1, len(z)))
-        padded[1:] = z.T
+        """Evaluate at rows, (..., n_in) -> (..., n_monomials)."""
+        padded = np.ones((z.shape[-1] + 1, *z.shape[:-1]))
+        padded[1:] = np.moveaxis(z, -1, 0)
         product = padded[self._slots[0]]
         for slots in self._slots[1:]:
             product *= padded[slots]
-        return np.ascontiguousarray(product.T)
+        return np.ascontiguousarray(np.moveaxis(product, 0, -1))
 
     def derivative(self, weights: FloatArray) -> FloatArray:
         """Weights of the derivatives of `weights @ monomials`.

@@ -32,6 +32,7 @@ class Polynomial(FrozenModel):
     """
 
     kind: ClassVar[str] = "polynomial"
+    takes_batches: ClassVar[bool] = True
 
     exponents: NDArray[np.int64]
     weights: FloatArray
@@ -87,8 +88,8 @@ class Polynomial(FrozenModel):
         return m @ self._weights_t, m
 
     def _jacobians(self, notes: Sequence[FloatArray]) -> FloatArray:
-        slopes = np.array(notes)[:, :, : self.monomials.n_lower] @ self._slopes.T
-        return slopes.reshape(len(notes), -1, self.n_out, self.n_in)
+        slopes = np.array(notes)[..., : self.monomials.n_lower] @ self._slopes.T
+        return slopes.reshape(*slopes.shape[:-1], self.n_out, self.n_in)
 
     @property
     def has_spread(self) -> bool:

@@ -39,8 +39,11 @@ class InputScaling:
         """Scale rows, shape (..., n_in) in and out."""
         if self._plain:
             return x
-        z = (x - self.mean) / self.scale
-        return np.minimum(np.maximum(z, -self.clip), self.clip) if self.clip < np.inf else z
+        z = x - self.mean
+        z /= self.scale
+        if self.clip < np.inf:
+            np.minimum(np.maximum(z, -self.clip, out=z), self.clip, out=z)
+        return z
 
     def pull_back(self, jacobian: FloatArray, z: FloatArray) -> FloatArray:
         """Turn d/dz, shape (..., n_out, n_in), into d/dx; a clipped input has no effect any more."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Generic, TypeVar, Unpack
 
+import numpy as np
+
 from ichain_drake.objects.base import ObjectArguments, ParentStates, WorldObject
 from ichain_drake.objects.parents import only_hand, position_indices
 from ichain_drake.objects.touch import TouchRule
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import BoolArray, FloatArray, StateSpace
 
 MountT = TypeVar("MountT")
 
@@ -59,3 +61,9 @@ class KnobControl(WorldObject, Generic[MountT]):
         else:
             on = all(parents[self._hand][i] > 0.5 for i in self._grip)
         return {self._hand: on}
+
+    def decide_rows(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
+    ) -> Mapping[str, BoolArray]:
+        """See `DecidesRows`."""
+        return {self._hand: np.all(parents[self._hand][:, self._grip] > 0.5, axis=1)}

@@ -11,12 +11,19 @@ import pickle
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 from ichain_drake.errors import InputError
 from ichain_drake.runs.clusters.workers import Say, WorkersGoneError, extra
 
 _TO_CONNECT = 30  # to a scheduler [s]
+_QUIET = {
+    # A cluster that lives as long as this, and shows no dashboard: nobody looks at what these would tell.
+    "distributed.worker.profile.enabled": False,  # samples of every call's stack, a hundred a second
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.admin.tick.interval": "1s",
+}
 
 
 @dataclass(frozen=True)
@@ -100,6 +107,7 @@ def dask_cluster(address: str, processes: int, say: Say) -> Iterator[DaskCluster
             say(f"waiting for workers at {address}", None)
             client.wait_for_workers(1)
         else:
+            stack.enter_context(import_module("dask").config.set(_QUIET))
             # No limit of memory: Dask would pause or kill workers by a share that it takes from all there is.
             cluster = distributed.LocalCluster(
                 n_workers=processes, threads_per_worker=1, dashboard_address=None, memory_limit=None,

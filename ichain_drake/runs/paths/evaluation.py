@@ -145,6 +145,11 @@ def evaluate_paths(
     return evaluate_jobs(work, workers, rows, found, progress, _label)
 
 
+def chosen_variants(methods: Collection[str]) -> list[PathVariant]:
+    """The methods that learn and follow, by name, or by name and number of samples."""
+    return [v for v in VARIANTS if v.method in methods or v.label in methods]
+
+
 def _label(last: str, done: int, total: int) -> str:
     return f"{done} of {total} seeds"
 
@@ -177,7 +182,7 @@ class PathSeed:
     @property
     def variants(self) -> list[PathVariant]:
         """The methods that learn and follow."""
-        return [v for v in VARIANTS if v.method in self.methods or v.label in self.methods]
+        return chosen_variants(self.methods)
 
     def run(self, ids: Collection[str]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
         """The seed's rows."""
@@ -192,7 +197,7 @@ class PathSeed:
             return []
         what = [(v.method, v.samples) for v in self.variants]
         what += [(ORACLE, 0)] if ORACLE in self.methods and not scenario.no_oracle else []
-        return [_plain_row(method, n, scenario, case, reason) for method, n in what for case in self.cases]
+        return [plain_row(method, n, scenario, case, reason) for method, n in what for case in self.cases]
 
     def _rows(self) -> list[dict[str, Any]]:
         most = max([v.samples for v in self.variants if not v.monolithic], default=FULL)
@@ -204,7 +209,7 @@ class PathSeed:
             rows += _evaluate_variant(scenario, variant, whole if variant.monolithic else pieces)
         if ORACLE in self.methods and not scenario.no_oracle:
             for number, (name, path) in enumerate(choose_paths(scenario).items()):
-                rows.append(_row(ORACLE, 0, scenario, name, oracle_follow(scenario, name, path, number)))
+                rows.append(path_row(ORACLE, 0, scenario, name, oracle_follow(scenario, name, path, number)))
         if FIRST_LINK in self.methods and isinstance(scenario, HasWantedStates):
             rows += _first_link_rows(scenario, pieces)
         return rows
@@ -225,7 +230,7 @@ def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) ->
         found = measure_first_link(scenario, chain)
     except IchainError as error:
         return [
-            _plain_row(FIRST_LINK, FULL, scenario, f"link:{edge.name} {case}", str(error)) | {"unit": unit}
+            plain_row(FIRST_LINK, FULL, scenario, f"link:{edge.name} {case}", str(error)) | {"unit": unit}
             for case in ("moving", "rest")
         ]
     for case, off, true_off in (
@@ -233,7 +238,7 @@ def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) ->
         ("rest", found.rest, found.true_rest),
     ):
         reason = "" if found.held else f"{edge.name} was not active throughout"
-        row = _plain_row(FIRST_LINK, found.samples, scenario, f"link:{edge.name} {case}", reason)
+        row = plain_row(FIRST_LINK, found.samples, scenario, f"link:{edge.name} {case}", reason)
         rows.append(row | {"success": found.held, "error": off, "true_error": true_off, "unit": unit})
     return rows
 
@@ -254,9 +259,11 @@ def _evaluate_variant(
     try:
         chain, controller = learn_variant(scenario, variant, pieces)
     except IchainError as error:
-        return [_row(variant.method, variant.samples, scenario, name, None, str(error)) for name in paths]
+        return [path_row(variant.method, variant.samples, scenario, name, None, str(error)) for name in paths]
     return [
-        _row(variant.method, variant.samples, scenario, name, follow(scenario, chain, controller, name, path, number))
+        path_row(
+            variant.method, variant.samples, scenario, name, follow(scenario, chain, controller, name, path, number)
+        )
         for number, (name, path) in enumerate(paths.items())
     ]
 
@@ -291,18 +298,19 @@ def monolithic(
     return InteractionGraph(objects, [(names[0], names[-1])]), {f"{names[0]}->{names[-1]}": last}
 
 
-def _row(
+def path_row(
     method: str, samples: int, scenario: PathScenario, case: str, result: PathResult | None, reason: str = ""
 ) -> dict[str, Any]:
+    """The row of a run, or of one that there is none of, with the reason."""
     if result is not None and not result.completed:
         reason = result.reason
-    row = _plain_row(method, samples, scenario, case, reason)
+    row = plain_row(method, samples, scenario, case, reason)
     if result is None or not result.completed:
         return row
     return row | {"success": True, "error": result.error, "paper_metric": result.paper_metric}
 
 
-def _plain_row(method: str, samples: int, scenario: PathScenario, case: str, reason: str) -> dict[str, Any]:
+def plain_row(method: str, samples: int, scenario: PathScenario, case: str, reason: str) -> dict[str, Any]:
     """A row without success, of an error in the path's unit."""
     return {
         "method": method,

@@ -47,6 +47,21 @@ def follow(
 def oracle_follow(scenario: PathScenario, name: str, path: TimedPath, number: int) -> PathResult:
     """Follow one path with the oracle: the true model, the true states, the same noise."""
     world = scenario.make_world(path, number)
+    log, arrival = follow_path(world, oracle_controller(scenario, world, path), truth=oracle_truth(scenario))
+    return measure_result(scenario, name, path, log, arrival, number)
+
+
+def oracle_truth(scenario: PathScenario) -> tuple[str, ...]:
+    """The objects of which the oracle reads the true states: all but the hand."""
+    return tuple(scenario.graph.chain(scenario.target)[1:])
+
+
+def oracle_controller(scenario: PathScenario, world: World, path: TimedPath) -> PathController:
+    """The system that follows a path with the true model of a world.
+
+    Raises:
+        InputError: if its hand has hidden variables.
+    """
     graph = scenario.graph
     names = graph.chain(scenario.target)
     hand = graph.objects[names[0]]
@@ -67,11 +82,9 @@ def oracle_follow(scenario: PathScenario, name: str, path: TimedPath, number: in
     middle = middle if chart is None else chart.to_hand(middle)
     decides = Controller(policy, spaces, 2, middle, policy.sizes)  # type: ignore[arg-type]
     space = graph.objects[scenario.target].observable
-    system = PathController(decides, path, scenario.target, space, scenario.target_indices())
-    log, arrival = follow_path(world, system, truth=names[1:])
     if len(hand) != policy.sizes[0]:
         raise InputError("the oracle needs a hand without hidden variables")
-    return measure_result(scenario, name, path, log, arrival, number)
+    return PathController(decides, path, scenario.target, space, scenario.target_indices())
 
 
 def measure_result(

@@ -50,10 +50,11 @@ def test_a_thing_stands_where_it_was_let_go_of_until_it_is_seen_to_have_moved(aw
     """A twentieth of the demonstrated range."""
     model, _, _ = learned()
     put = Carried().taken("box", THERE).let_go(ROOT)
-    assert list(put.standing(model, off_by(0.9))) == ["box"], "nothing was measured since: believed"
+    np.testing.assert_array_equal(put.standing(model, off_by(0.9))["box"], ROOT, "nothing was measured since: believed")
     put, held = put.settled("box", THERE), Carried().taken("box", THERE)
+    assert held.standing(model, off_by(0.0)) == {}, "in the hand it stands nowhere"
     for variable in "xyz":
-        assert (list(put.standing(model, off_by(away, variable))) == ["box"]) == stands
+        assert (put.standing(model, off_by(away, variable))["box"] == ROOT).all() == stands
         assert held.stayed(model, off_by(away, variable)) == stands
     assert held.stayed(model, off_by(0.8, "water")), "what it holds says nothing about where it is"
     assert not Carried().stayed(model, off_by(0.0))

@@ -178,3 +178,13 @@ def test_a_path_in_any_dialect_and_its_unit(tmp_path: Path) -> None:
 def test_more_points_than_memory_are_refused() -> None:
     with pytest.raises(InputError, match="over 1000000 points; give a larger spacing"):
         resample(np.array([[0.0, 0.0], [1e12, 0.0]]), 1.0)
+
+
+def test_many_followers_advance_as_each_does() -> None:
+    path = TimedPath(circle(60.0), LIMITS)
+    rng = np.random.default_rng(0)
+    progress = rng.integers(0, len(path.points), 200)
+    progress[:2] = len(path.points) - 1, len(path.points) - 2
+    positions = path.points[progress] + rng.normal(0.0, 20.0, (200, 2))
+    alone = [path.advance(p, int(k), 2.0) for p, k in zip(positions, progress, strict=True)]
+    np.testing.assert_array_equal(path.advance_rows(positions, progress, 2.0), alone)

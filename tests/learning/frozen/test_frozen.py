@@ -39,6 +39,7 @@ from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 from sklearn.svm import SVC, SVR, LinearSVR, NuSVR
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 
+from ichain_drake.errors import InputError
 from ichain_drake.learning.estimators import PolynomialGaussianProcess, PolynomialRegressor
 from ichain_drake.learning.frozen import FrozenModel, freeze, from_arrays
 
@@ -291,3 +292,18 @@ def test_many_rows_are_evaluated_in_parts_and_noted_all_the_same(name: str) -> N
     np.testing.assert_array_equal(value, expected_value)
     np.testing.assert_array_equal(model.jacobians([note])[0], expected)
     np.testing.assert_allclose(model.batch(rows), [model.value(row) for row in rows], atol=1e-11 * np.abs(value).max())
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_tables_side_by_side_give_the_bits_of_each_alone_or_are_refused(name: str) -> None:
+    estimator, rows = fit(ESTIMATORS[name], 4)
+    model = freeze(estimator)
+    tables = rows[:40, None]
+    if not model.takes_batches:
+        with pytest.raises(InputError, match="is needed, got"):
+            model.batch(tables)
+        return
+    (values, note), alone = model.batch_noted(tables), [model.batch_noted(part) for part in tables]
+    np.testing.assert_array_equal(values, [value for value, _ in alone])
+    np.testing.assert_array_equal(model.jacobians([note])[0], [model.jacobians([n])[0] for _, n in alone])
+    np.testing.assert_array_equal(model.batch(tables), [model.batch(part) for part in tables])

@@ -112,7 +112,7 @@ def test_an_estimator_of_ones_own_freezes_itself() -> None:
     np.testing.assert_allclose(freeze(Doubled().fit(X, Y)).batch(X)[:, 0], Doubled().fit(X, Y).predict(X))
 
 
-@pytest.mark.parametrize("shape", [(4, 2), (4, 4), (3,), (2, 3, 3)])
+@pytest.mark.parametrize("shape", [(4, 2), (4, 4), (3,), (2, 3, 4)])
 def test_rows_of_another_width_are_refused(shape: tuple[int, ...]) -> None:
     model = freeze(LinearRegression().fit(np.eye(3), np.ones(3)))
     with pytest.raises(InputError, match=r"shape \(n, 3\) is needed, got"):

@@ -57,6 +57,9 @@ def test_the_grip_decides_without_a_body_and_the_contact_force_with_one() -> Non
     state, hands = stick.default_state(), {g: {"hand": np.array([0.5, 0.0, 0.15, g])} for g in (0.0, 1.0)}
     for grip, hand in hands.items():
         assert stick.decide_active(state, hand, {"hand": False}, None) == {"hand": bool(grip)}
+    rows = {"hand": np.array([hand["hand"] for hand in hands.values()])}
+    many = stick.decide_rows(np.tile(state, (len(hands), 1)), rows, {"hand": np.ones(len(hands), dtype=bool)})
+    np.testing.assert_array_equal(many["hand"], [bool(grip) for grip in hands])
     # Hysteresis: 0.5 N keeps an interaction but does not start one.
     assert stick.decide_active(state, hands[0.0], {"hand": True}, 0.5) == {"hand": True}
     assert stick.decide_active(state, hands[1.0], {"hand": False}, 0.5) == {"hand": False}

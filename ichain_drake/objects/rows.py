@@ -1,0 +1,146 @@
+"""Many runs of one object side by side, a row each: one `step` in numpy for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from ichain_drake.errors import IchainError
+from ichain_drake.noise import NoiseRows
+from ichain_drake.objects.base import ParentStates, WorldObject
+from ichain_drake.state import BoolArray, FloatArray
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK
+
+_LARGEST = 1e100  # as for one run
+
+
+class NotTogetherError(IchainError):
+    """These runs can't be calculated together to the bits that each has alone; the message says why."""
+
+
+class _Numbers(np.ndarray):
+    """An array whose powers are those of its numbers: numpy has another routine for arrays, off by the last bit."""
+
+    def __pow__(self, exponent: Any, modulo: Any = None) -> Any:
+        if np.ndim(exponent):
+            return np.array(self) ** exponent
+        powers = [number**exponent for number in self.ravel()]
+        return np.array(powers, dtype=float).reshape(self.shape).view(_Numbers)
+
+
+@runtime_checkable
+class DecidesRows(Protocol):
+    """An object that knows how to decide for many runs at once; any other decides row by row."""
+
+    def decide_rows(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
+    ) -> Mapping[str, BoolArray]:
+        """`WorldObject.decide_active` of many runs without bodies.
+
+        Args:
+            state: shape (n, n_variables).
+            parents: state of each parent, shape (n, n_parent_variables).
+            active: the previous decisions, shape (n,) each.
+
+        Returns:
+            The decisions per parent, shape (n,) each.
+        """
+
+
+def decide_rows(
+    system: WorldObject, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
+) -> Mapping[str, BoolArray]:
+    """See `DecidesRows`; for any object."""
+    if isinstance(system, DecidesRows):
+        return system.decide_rows(state, parents, active)
+    rows = [
+        system.decide_active(s, _row(parents, i), {p: bool(v[i]) for p, v in active.items()}, None)
+        for i, s in enumerate(state)
+    ]
+    return {p: np.array([row[p] for row in rows], dtype=bool) for p in parents}
+
+
+class ObjectRows:
+    """The same object of several worlds, which differ in seeds and starts alone.
+
+    Args:
+        objects: one a world.
+
+    Raises:
+        NotTogetherError: if they differ otherwise, or need a plant or a sensor's past.
+    """
+
+    def __init__(self, objects: Sequence[WorldObject]) -> None:
+        first = objects[0]
+        settings = first.settings
+        for other in objects:
+            if type(other) is not type(first) or replace(other.settings, seed=settings.seed) != settings:
+                raise NotTogetherError(f"{first.get_name()} differs from run to run")
+        if settings.body_size or settings.dropouts or type(first).settle is not WorldObject.settle:
+            raise NotTogetherError(f"{first.get_name()} has a body, drop-outs, or settles")
+        self._object, self._each = first, list(objects)
+        self._process = NoiseRows([o._process_noise for o in objects])
+        self._sensor = NoiseRows([o._sensor_noise for o in objects])
+        self._view: type[np.ndarray] = _Numbers
+
+    @property
+    def immediate(self) -> bool:
+        """Whether it mirrors its parents at once."""
+        return self._object.immediate
+
+    def decide(self, state: FloatArray, parents: ParentStates, active: FloatArray) -> FloatArray:
+        """Which incoming interactions are active, shape (n, n_parents), from before."""
+        if type(self._object).decide_active is WorldObject.decide_active:
+            return np.ones(active.shape)
+        before = {p: active[:, k] > 0.5 for k, p in enumerate(self._object.parents)}
+        told = {p: parents[p] for p in self._object.parents}
+        after = decide_rows(self._object, state, told, before)
+        return np.stack([after[p] for p in self._object.parents], axis=1).astype(float)
+
+    def step(self, state: FloatArray, parents: ParentStates, active: FloatArray, frame: int) -> FloatArray:
+        """States 1/30 s later, shape (n, n_variables).
+
+        In the first tick every row is stepped by its own object too.
+
+        Raises:
+            NotTogetherError: if that gives other bits, or any value is no state.
+        """
+        noise = self._process.at(frame) * self._object.settings.noise_scale
+        told = {p: parents[p] for p in self._object.parents}
+        on = dict(zip(told, active.T, strict=True))
+        after = self._stepped(state, told, on, noise)
+        if frame < FRAMES_PER_TICK:
+            rows = zip(self._each, state, noise, strict=True)
+            alone = [o.step(s, _row(told, i), _row(on, i), n, FRAME) for i, (o, s, n) in enumerate(rows)]
+            if not np.array_equal(alone, after):  # an object may take its state apart into arrays, not into numbers
+                self._view = np.ndarray
+                after = self._stepped(state, told, on, noise)
+            if not np.array_equal(alone, after):
+                raise NotTogetherError(f"{self._object.get_name()}: step gives other bits for many rows than for one")
+        return after
+
+    def _stepped(self, state: FloatArray, parents: ParentStates, on: ParentStates, noise: FloatArray) -> FloatArray:
+        many = {p: v.view(self._view) for p, v in parents.items()}
+        modes = {p: v.view(self._view) for p, v in on.items()}
+        after = self._object.step(state.view(self._view), many, modes, noise.view(self._view), FRAME)
+        after = np.array(after, dtype=float)
+        if after.shape != state.shape or not np.abs(after).max(initial=0.0) <= _LARGEST:
+            raise NotTogetherError(f"{self._object.get_name()}: step gives what are no states of many rows")
+        return after
+
+    def measure(self, state: FloatArray, frame: int) -> FloatArray:
+        """What the sensors read, shape (n, n_observable)."""
+        return self._object.measure(state, self._sensor.at(frame) * self._object.settings.noise_scale)
+
+    def keep(self, rows: BoolArray) -> None:
+        """Go on with some of the runs; shape (n,)."""
+        self._each = [o for o, kept in zip(self._each, rows, strict=True) if kept]
+        self._process.keep(rows)
+        self._sensor.keep(rows)
+
+
+def _row(values: Mapping[str, FloatArray], i: int) -> dict[str, FloatArray]:
+    return {name: value[i] for name, value in values.items()}

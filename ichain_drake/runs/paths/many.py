@@ -1,0 +1,103 @@
+"""Many runs along one path, in `ideal` physics calculated together, elsewhere one by one, and equal to the bit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ichain_drake.control.tracking.chain import ChainController
+from ichain_drake.control.tracking.path import TimedPath
+from ichain_drake.control.tracking.systems import PathController
+from ichain_drake.learning.chain.chain import LearnedChain
+from ichain_drake.runs.paths.following import (
+    follow,
+    measure_result,
+    oracle_controller,
+    oracle_follow,
+    oracle_truth,
+)
+from ichain_drake.runs.paths.result import PathResult
+from ichain_drake.scenarios.base import PathScenario
+from ichain_drake.simulation.together import follow_path_together
+from ichain_drake.simulation.watching import present_watcher
+from ichain_drake.simulation.wiring import path_controller
+from ichain_drake.world.world import World
+
+Found = PathResult | Exception
+"""A run, or what it raised."""
+
+_FEW = 4
+"""Fewer runs take as long together as one after another; one of them is run alone in any case."""
+
+
+def follow_many(
+    scenarios: Sequence[PathScenario],
+    chain: LearnedChain,
+    controller: ChainController,
+    name: str,
+    path: TimedPath,
+    number: int,
+) -> list[Found]:
+    """`follow` for scenarios that differ in their seeds alone; other arguments as there.
+
+    Returns:
+        One a scenario. Logs of runs that were calculated together have true states and commands alone.
+    """
+    return _many(
+        scenarios, name, path, number,
+        alone=lambda scenario: follow(scenario, chain, controller, name, path, number),
+        commander=lambda world: path_controller(chain, controller, path),
+    )  # fmt: skip
+
+
+def oracle_follow_many(scenarios: Sequence[PathScenario], name: str, path: TimedPath, number: int) -> list[Found]:
+    """`oracle_follow` for scenarios that differ in their seeds alone; see `follow_many`."""
+    return _many(
+        scenarios, name, path, number,
+        alone=lambda scenario: oracle_follow(scenario, name, path, number),
+        commander=lambda world: oracle_controller(scenarios[0], world, path),
+        truth=oracle_truth(scenarios[0]),
+    )  # fmt: skip
+
+
+def _many(
+    scenarios: Sequence[PathScenario],
+    name: str,
+    path: TimedPath,
+    number: int,
+    alone: Callable[[PathScenario], PathResult],
+    commander: Callable[[World], PathController],
+    truth: tuple[str, ...] = (),
+) -> list[Found]:
+    first, *others = scenarios
+    found = [_tried(alone, first)]
+    if len(scenarios) >= _FEW and first.physics == "ideal" and present_watcher() is None:
+        try:
+            worlds = [scenario.make_world(path, number) for scenario in scenarios]
+            runs = follow_path_together(worlds, commander(worlds[0]), truth)
+            together = [
+                measure_result(scenario, name, path, log, arrival, number)
+                for scenario, (log, arrival) in zip(scenarios, runs, strict=True)
+            ]
+        except Exception:  # whatever it is, of a user's own object for instance: each run alone will show it, if it can
+            together = []
+        if together and _same(together[0], found[0]):
+            return found + together[1:]
+    return found + [_tried(alone, scenario) for scenario in others]
+
+
+def _tried(alone: Callable[[PathScenario], PathResult], scenario: PathScenario) -> Found:
+    try:
+        return alone(scenario)
+    except Exception as error:  # a finding about this run, and none about the others
+        return error
+
+
+def _same(together: PathResult, alone: Found) -> bool:
+    """Whether a run that was calculated among others is, in every bit of every frame, what it is alone."""
+    if isinstance(alone, Exception) or together.reason != alone.reason or together.completed != alone.completed:
+        return False
+    return np.array_equal(together.log.command, alone.log.command) and all(
+        np.array_equal(states, alone.log.states[name]) for name, states in together.log.states.items()
+    )

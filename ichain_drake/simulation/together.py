@@ -1,0 +1,104 @@
+"""Many runs along one path at once, in `ideal` physics: each to the last bit what `follow_path` makes of it alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ichain_drake.control.settings import TRACKING
+from ichain_drake.control.tracking.arrival import Arrival
+from ichain_drake.control.tracking.each_row import each_row
+from ichain_drake.control.tracking.systems import PathController
+from ichain_drake.simulation.episode import EpisodeLog
+from ichain_drake.simulation.path_watch import PathWatch
+from ichain_drake.state import FloatArray, IntArray
+from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
+from ichain_drake.world.rows import WorldRows
+from ichain_drake.world.world import World
+
+
+def follow_path_together(
+    worlds: Sequence[World], commander: PathController, truth: tuple[str, ...] = ()
+) -> list[tuple[EpisodeLog, Arrival]]:
+    """Run one path in every world, to its end or until it is clear that the end will not be reached.
+
+    Args:
+        worlds: see `WorldRows`.
+        commander: says what decides and reads what, and holds the path; it does not run.
+        truth: see `Episode`.
+
+    Returns:
+        Of each run the log, of true states and commands alone, and whether it has arrived.
+
+    Raises:
+        NotTogetherError: if these worlds can't be calculated together.
+        InputError: on a command that is not finite.
+    """
+    world = WorldRows(worlds)
+    controller, path = commander.controller, commander.follower.path
+    policy = each_row(controller.policy)
+    space = world.graph.objects[commander.followed]
+    targets = list(commander.targets)
+    true_targets = space.indices([space.observable.names[k] for k in targets])
+
+    watches = [PathWatch(path) for _ in worlds]
+    allowed = watches[0].allowed
+    log = _Logs(len(worlds), allowed, world.states, controller.initial_command)
+    running, progress = np.arange(len(worlds)), np.zeros(len(worlds), dtype=np.intp)
+    memory = np.zeros((len(worlds), controller.policy.memory_size))
+    ahead = TICK * np.arange(1, controller.policy.lookahead + 1)
+    position = world.measured(commander.followed)[:, targets]
+    for tick in range(allowed):
+        progress = path.advance_rows(position, progress, TRACKING.search * TICK)
+        wanted = path.at_time(path.time[progress][:, None] + ahead)
+        states = [world.states[o] if o in truth else world.measured(o) for o in controller.reads]
+        command, memory = policy.decide(states, wanted, memory)
+        log.add(running, tick, world.tick(command), command)
+        position = world.measured(commander.followed)[:, targets]
+        on = np.ones(len(running), dtype=bool)
+        for k, run in enumerate(running):
+            passed = log.states[commander.followed][run, tick * FRAMES_PER_TICK :][: FRAMES_PER_TICK + 1]
+            on[k] = not watches[run].see(position[k], passed[:, true_targets], path, int(progress[k]))
+        running, progress, memory, position = running[on], progress[on], memory[on], position[on]
+        if not len(running):
+            break
+        if not on.all():
+            world.keep(on)
+    return [(log.of(k), watch.arrival) for k, watch in enumerate(watches)]
+
+
+class _Logs:
+    """What is logged of every run, a row a frame.
+
+    Args:
+        runs: how many.
+        ticks: of each, at most.
+        states: at the start.
+        command: before the first decision.
+    """
+
+    def __init__(self, runs: int, ticks: int, states: Mapping[str, FloatArray], command: FloatArray) -> None:
+        rows = ticks * FRAMES_PER_TICK + 1
+        self.states = {name: np.empty((runs, rows, state.shape[1])) for name, state in states.items()}
+        self._command = np.empty((runs, rows, len(command)))
+        self._last = np.zeros(runs, dtype=np.intp)
+        self._command[:, 0] = command
+        for name, state in states.items():
+            self.states[name][:, 0] = state
+
+    def add(self, runs: IntArray, tick: int, frames: Sequence[Mapping[str, FloatArray]], command: FloatArray) -> None:
+        """A tick of some of the runs."""
+        begin = tick * FRAMES_PER_TICK + 1
+        self._last[runs] = begin + FRAMES_PER_TICK - 1
+        self._command[runs, begin : begin + FRAMES_PER_TICK] = command[:, None]
+        for k, states in enumerate(frames):
+            for name, state in states.items():
+                self.states[name][runs, begin + k] = state
+
+    def of(self, run: int) -> EpisodeLog:
+        """The log of one run: views, for copies of many long runs would take as much memory again."""
+        rows = slice(self._last[run] + 1)
+        states = {name: state[run, rows] for name, state in self.states.items()}
+        times = np.arange(self._last[run] + 1) * FRAME
+        return EpisodeLog(times, states, {}, {}, self._command[run, rows])
