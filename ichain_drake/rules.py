@@ -40,7 +40,6 @@ _EVERY = (
     Rule("brought_where_shown", "where a thing never was nobody knows what it may hit", _PLANNING),
     Rule("tellable", "of a change that readings don't show nobody knows when it is done", _PLANNING),
     Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),
-    Rule("conserve", "errors of learned flows add up: a long drive would make water out of nothing", _PLANNING),
     Rule("can_hold", "an object may stand where the robot can't take it, or may not let go of it", _PLANNING),
     Rule("landmarks", "what only mixes becomes as its givers are: these must be so first", _PLANNING),
     Rule("push_further", "a stiffer button than was shown: press as far as anybody did before giving up", _EXECUTION),

@@ -19,7 +19,8 @@ class PlanningSettings:
         least: of a range, that an option must change; of its rate, below which it has stopped.
         hardly: of a change that is expected, below which nothing has happened.
         likely: probability, or share of samples, from which on an interaction is taken for possible.
-        push: of the robot's largest step, with which its effect is tried; two goals nearer than that are one.
+        push: of the robot's largest step, with which its effect is tried; two goals, or places, nearer than that are
+            one; short of a step by more, and not getting on, it is stopped.
         noises: that a change must have at least, where it is to be seen in single readings.
         nearly: of the best sample's change, from which on the surest sample is taken.
         unseen: weight of the distance from poses that were shown, in ranges.
@@ -78,7 +79,6 @@ class ExecutionSettings:
         value: of a range: a prediction that is off by more, in what is no place, is noticed.
         gone: ranges beyond the demonstrated one, from which nothing brings an object back.
         narrow: range that an object's places are taken to have at least.
-        stopped: of a robot's step: short of it by more, and not getting on, it is stopped; places nearer are one.
         nodes: of a way around where it was stopped, that are tried at most.
     """
 
@@ -92,7 +92,6 @@ class ExecutionSettings:
     value: float = setting(0.12, "share", above=0, below=1)
     gone: float = setting(5.0, "ranges", above=0)
     narrow: float = setting(0.05, "m", above=0)
-    stopped: float = setting(0.5, "share", above=0, below=1)
     nodes: int = setting(20_000, "places", lower=1)
 
 

@@ -14,12 +14,14 @@ import numpy as np
 
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.passive import PassiveDynamics
-from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.status import StatusModel
 from ichain_drake.learning.tick import LearnedInteraction
 from ichain_drake.state import BoolArray, FloatArray
 
 Flags = Mapping[Interaction, BoolArray]
+
+_COPIES = 16
+"""From so many on copies are calculated as one batch; of fewer nothing is gained."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ def groups_of(
 ) -> list[Group]:
     """Parts of a graph in an order in which each comes after all that acts on it, copies of each other together.
 
-    Copies share the very same fitted models (see `renamed`). Fewer than `LEARNING.copies` stay by themselves.
+    Copies share the very same fitted models (see `renamed`). Fewer than `_COPIES` stay by themselves.
 
     Args:
         graph: the interaction graph.
@@ -70,7 +72,7 @@ def groups_of(
     return [
         group
         for _, parts in ordered
-        for group in ([tuple(parts)] if len(parts) >= LEARNING.copies else [(part,) for part in parts])
+        for group in ([tuple(parts)] if len(parts) >= _COPIES else [(part,) for part in parts])
     ]
 
 

@@ -24,7 +24,7 @@ def enough(pieces: Sequence[Demonstration], graph: InteractionGraph) -> list[Dem
 
 def learned_bound() -> Bound:
     """How many rows are learned from at most."""
-    return Bound(LEARNING.most_learned, LEARNING.stretch)
+    return Bound(LEARNING.most_learned, LEARNING.examples)
 
 
 def thinning_told(given: Sequence[Demonstration], used: Sequence[Demonstration]) -> list[str]:

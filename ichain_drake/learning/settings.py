@@ -52,13 +52,10 @@ class LearningSettings:
         groups: the same for effects.
         look: readings that are averaged, before and after a row, before a plan and after a step.
         ticks: longer than noise lasts, shorter than a change of grasp: of a displacement, and until something is lost.
-        examples: rows of either status that are kept.
+        examples: rows of either status that are kept; rows of a long recording that are learned from or not together.
         most_rows: that one effect is fitted to: what is slow in the number of rows stays quick.
         most_learned: rows that a graph is learned from at most; of more, stretches that show every switch, and evenly
             of the rest. Hours of ticks: classifiers take time in the square of them, and learn little from more.
-        stretch: of a longer recording, that is learned from or not: of the order of an activation and what it leads to.
-        copies: parts of a graph that are copies of each other, from which on they are calculated as one batch; of fewer
-            nothing is gained.
         seeds: best columns that pairs are tried with.
         sweeps: of an alternating search, or moves of one, at most.
     """
@@ -101,8 +98,6 @@ class LearningSettings:
     examples: int = setting(200, "rows", lower=1)
     most_rows: int = setting(500, "rows", lower=1)
     most_learned: int = setting(50_000, "rows", lower=1000)
-    stretch: int = setting(200, "rows", lower=20)
-    copies: int = setting(16, "parts", lower=2)
     seeds: int = setting(10, "columns", lower=1)
     sweeps: int = setting(25, "times", lower=1)
 

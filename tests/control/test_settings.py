@@ -32,9 +32,11 @@ STAYS = {
         "learning/discovery/graph_file.py": {"_MOST_BYTES"},
         "control/tracking/path.py": {"_MIN_POINTS", "_MOST_POINTS"},
     },
-    "memory": {
-        "learning/frozen/kernel.py": {"_ROWS", "_KEPT"},
+    "memory and speed": {
+        "learning/alike.py": {"_COPIES"},
+        "learning/frozen/kernel.py": {"_ROWS", "_TABLES", "_KEPT"},
         "learning/frozen/neighbours.py": {"_ROWS"},
+        "control/tracking/each_row.py": {"_TOGETHER"},
     },
     "mathematics": {
         "learning/noise.py": {"_ROUNDING", "HALF_NORMAL"},

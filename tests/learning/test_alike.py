@@ -9,7 +9,6 @@ import small_world
 
 from ichain_drake.benchmarks.many_objects import copies
 from ichain_drake.learning import InteractionModel, alike
-from ichain_drake.learning.settings import LEARNING
 
 COUNT = 5
 
@@ -17,7 +16,7 @@ COUNT = 5
 @pytest.fixture
 def batched(model: InteractionModel, monkeypatch: pytest.MonkeyPatch) -> Callable[[int], InteractionModel]:
     def made(from_on: int) -> InteractionModel:
-        monkeypatch.setattr(alike, "LEARNING", replace(LEARNING, copies=from_on))
+        monkeypatch.setattr(alike, "_COPIES", from_on)
         whole = copies(model, COUNT)
         assert len(whole._groups)  # made under this setting
         return whole

@@ -1,7 +1,6 @@
 """The second graph is learned from unordered pieces: its dynamics, its statuses and what the data don't show."""
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,10 +9,10 @@ from small_world import COOLING, FLOW, GRAPH, states_of
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel, InteractionSpec, event_f1, f1, learn_interactions
 from ichain_drake.learning.chain.link import EstimatorSpec
-from ichain_drake.learning.data import collect
+from ichain_drake.learning.data import GraphData, Piece, collect
 from ichain_drake.learning.learn import _active_step
 from ichain_drake.learning.noise import measurement_std
 from ichain_drake.state import StateSpace, Variable
@@ -138,14 +137,18 @@ def test_an_unknown_parameter_of_the_box_is_refused(demonstrations: list[Demonst
         learn_interactions(demonstrations[:3], GRAPH, spec)
 
 
-def test_the_parents_largest_step_while_active_counts_no_tick_in_which_it_began_or_ended() -> None:
-    """Between two active rows, angles the short way round; what noise makes of it is none."""
-    edge, on = Interaction("a", "b"), np.array([False, True, True, True, False])
-    space = StateSpace("a", (Variable("x"), Variable("turn", "rad", kind="angle"), Variable("still")))
-    states = np.array([[0.0, 0.0, 0.0], [9.0, 3.1, 0.01], [9.5, -3.1, 0.0], [8.8, -3.1, 0.01], [0.0, 0.0, 0.0]])
-    piece = SimpleNamespace(states={"a": states}, flags={edge: on})
-    data = SimpleNamespace(spaces={"a": space}, pieces=[piece])
-    noise = np.array([0.01, 0.01, 0.01])
-    np.testing.assert_allclose(_active_step(data, edge, noise), [0.7, 2 * np.pi - 6.2, 0.0])
-    piece.flags[edge] = np.array([True, False, True, False, True])
-    np.testing.assert_array_equal(_active_step(data, edge, noise), np.zeros(3))
+def test_how_far_a_parent_goes_in_a_tick_is_told_by_ticks_in_which_it_acts_all_along() -> None:
+    """It takes hold with a jump, goes on by .1 and .3, and lets go with another jump; its noise is no motion."""
+    spaces = {"hand": StateSpace("hand", (Variable("x"), Variable("y"))), "cup": StateSpace("cup", (Variable("x"),))}
+    graph = InteractionGraph(spaces, ["hand->cup"])
+    edge = graph.interactions[0]
+    x = np.array([0.0, 5.0, 5.1, 4.8, 9.0, 9.0])
+    states = {"hand": np.c_[x, 0.01 * np.array([0, 1, 0, 1, 0, 1])], "cup": x[:, None]}
+    flags = {edge: np.array([0, 1, 1, 1, 0, 0], dtype=bool)}
+
+    def step(on: dict[Interaction, np.ndarray]) -> np.ndarray:
+        data = GraphData(graph, spaces, (Piece("p", states, on),), (edge,), {"hand": (0, 1), "cup": (0,)})
+        return _active_step(data, edge, np.array([0.01, 0.01]))
+
+    np.testing.assert_allclose(step(flags), [0.3, 0.0])
+    np.testing.assert_array_equal(step({edge: np.arange(6) == 1}), [0.0, 0.0])

@@ -47,7 +47,7 @@ def test_of_logs_beyond_memory_as_much_is_read_as_is_learned_from(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(long_logs, "MOST_CELLS", 100)
-    monkeypatch.setattr(enough, "LEARNING", replace(LEARNING, most_learned=100, stretch=20))
+    monkeypatch.setattr(enough, "LEARNING", replace(LEARNING, most_learned=100, examples=20))
     spaces, root = dict(bath_log.GRAPH.objects), bath_log.GRAPH.root
     said: list[str] = []
     parts = read_raw(folder, spaces, root, say=said.append)

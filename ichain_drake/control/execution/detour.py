@@ -49,7 +49,7 @@ def stopped_before(
     here, before = (readings[k][root] for k in (-1, -LEARNING.ticks))
     way = space.difference(command, here)
     moved = np.abs(space.difference(here, before)) > np.maximum(EXECUTION.slack * limit, floor)
-    short = np.abs(way) > np.maximum(EXECUTION.stopped * limit, floor)
+    short = np.abs(way) > np.maximum(PLANNING.push * limit, floor)
     if moved[smooth].any() or not short[smooth].any():
         return None
     further = here + way / max(1.0, float(np.max(np.abs(way[smooth]) / limit[smooth])))
@@ -107,7 +107,7 @@ class Detour:
             UnreachableError: if the goal itself is blocked, or all ways to it are.
         """
         start, end = now[self._place], goal[self._place]
-        if self.blocked.again > LEARNING.few or self._hits(end[None], EXECUTION.stopped).any():
+        if self.blocked.again > LEARNING.few or self._hits(end[None], PLANNING.push).any():
             raise UnreachableError("the robot was stopped on the way there")
         corners = [start, end] if self._clear(start, end) else self._around(start, end)
         parts = [np.max(np.abs(b - a) / self._step) for a, b in pairwise(corners)]
@@ -139,7 +139,7 @@ class Detour:
 
     def _clear(self, start: FloatArray, end: FloatArray) -> bool:
         """Whether nothing is known to be in the way of a straight line from where it stands; what is, is wide."""
-        count = max(1, int(np.ceil(np.max(np.abs(end - start) / self._step) / EXECUTION.stopped)))
+        count = max(1, int(np.ceil(np.max(np.abs(end - start) / self._step) / PLANNING.push)))
         share = np.arange(1, count + 1)[:, None] / count
         return not self._hits(start + share * (end - start), 1.0).any()
 

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ichain_drake.control.planning.drive_option import DriveOption
-from ichain_drake.control.planning.model import Batch, conserved, keeps, span, stack, take
+from ichain_drake.control.planning.model import Batch, keeps, span, stack, take
 from ichain_drake.control.planning.plan import States
 from ichain_drake.control.planning.stops import Stop
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
-from ichain_drake.rules import enabled
 from ichain_drake.state import BoolArray, FloatArray, IntArray
 
 
@@ -45,7 +44,6 @@ class Run:
         self.lost: list[Interaction | None] = [None] * self.n
         self.fixed = {n: ~keeps(model, n) for n in model.passive}
         self.rate = np.array([d.rate for d in self.drives])
-        self.amounts = conserved(model)
 
     def _placed(self) -> Batch:
         """Carried objects where the drive begins, the robot as in the sample."""
@@ -87,7 +85,6 @@ class Run:
                     part = ~self.fixed[n]
                     delta = v[:, part] - self.now[n][hot][:, part]
                     after[n][np.ix_(hot, part)] = self.now[n][hot][:, part] + leap[hot, None] * delta
-            self._conserve(after)
             self.now = after
             self.history.append(after)
             ticks = self.ticks_at[-1] + np.where(going, leap + self.pauses(), 0)
@@ -113,18 +110,6 @@ class Run:
     def pauses(self) -> IntArray | int:
         """Ticks that the robot needed in the last step beside the step's own, shape (n,)."""
         return 0
-
-    def _conserve(self, after: Batch) -> None:
-        """No drive makes more of a conserved quantity than there was: what was gained is cut back, in place."""
-        if not enabled("conserve"):
-            return
-        for group in self.amounts:
-            had = sum(self.start[n][:, i] for n, i in group)
-            gains = [np.maximum(after[n][:, i] - self.start[n][:, i], 0.0) for n, i in group]
-            excess = np.maximum(sum(after[n][:, i] for n, i in group) - had, 0.0)
-            share = excess / np.maximum(sum(gains), 1e-12)
-            for (n, i), gain in zip(group, gains, strict=True):
-                after[n][:, i] -= np.minimum(share, 1.0) * gain
 
     def leap(self, before: Batch, after: Batch) -> IntArray:
         """How many ticks each row may take at once: while changes are small and no bound is near."""

@@ -198,7 +198,16 @@ class TimedPath:
         return progress + int(np.argmin(np.sum((window - position) ** 2, axis=1)))
 
     def advance_rows(self, positions: FloatArray, progress: IntArray, seconds: float) -> IntArray:
-        """`advance` of several followers at once, shape (n,), from positions (n, 2) and indices (n,)."""
+        """`advance` of several followers at once.
+
+        Args:
+            positions: where they are, shape (n, 2).
+            progress: index of each, shape (n,).
+            seconds: how far ahead is looked [s].
+
+        Returns:
+            New indices, shape (n,).
+        """
         ahead = max(2, int(np.ceil(seconds * self.limits.speed / self._spacing)))
         window = np.minimum(progress[:, None] + np.arange(ahead + 1), len(self.points) - 1)
         away = np.sum((self.points[window] - positions[:, None]) ** 2, axis=2)

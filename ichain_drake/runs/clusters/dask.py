@@ -11,7 +11,6 @@ import pickle
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 from ichain_drake.errors import InputError
@@ -107,7 +106,7 @@ def dask_cluster(address: str, processes: int, say: Say) -> Iterator[DaskCluster
             say(f"waiting for workers at {address}", None)
             client.wait_for_workers(1)
         else:
-            stack.enter_context(import_module("dask").config.set(_QUIET))
+            stack.enter_context(distributed.dask.config.set(_QUIET))
             # No limit of memory: Dask would pause or kill workers by a share that it takes from all there is.
             cluster = distributed.LocalCluster(
                 n_workers=processes, threads_per_worker=1, dashboard_address=None, memory_limit=None,

@@ -11,7 +11,7 @@ from ichain_drake.control.planning.enabling import find_enabling
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.options import find_drives
-from ichain_drake.control.planning.places import _distinct, carry_targets
+from ichain_drake.control.planning.places import carry_targets
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
 from ichain_drake.control.planning.simulate import simulate
@@ -89,10 +89,3 @@ def test_a_place_and_an_opening_that_one_motion_changes_are_wanted_together() ->
     wanted = carry_targets(model, carry, [start], start, goal.conditions)[0][0]
     assert wanted[1] == 0.4
     assert abs((wanted[0] - wanted[1]) - (start["cup"][0] - start["cup"][1])) < 1e-6 or wanted[0] - 0.4 in carry.places
-
-
-def test_poses_are_one_where_they_differ_by_little_of_every_range() -> None:
-    width, here = np.array([10.0, 0.1]), np.array([0.0, 0.0])
-    near, far, turned, again = ([0.15, 0.001], [0.3, 0.0], [0.0, 0.05], [0.31, 0.0])
-    kept = _distinct([np.array(p) for p in (near, far, turned, again)], here, width)
-    np.testing.assert_array_equal(kept, [far, turned])

@@ -1,4 +1,4 @@
-"""Demonstrated states that motions are made of."""
+"""Demonstrated states as places of a motion: none much like another, told apart by what stays as it is."""
 
 from types import SimpleNamespace
 
@@ -10,21 +10,32 @@ from ichain_drake.control.planning.motion_links import _reach, run_on, thinned
 from ichain_drake.control.settings import PLANNING
 
 
-def test_states_that_are_much_alike_are_kept_once() -> None:
+def test_states_that_are_much_alike_are_thinned_and_none_is_without_a_neighbour() -> None:
     model = shade()
-    rows = model.edges[TURN].examples.active
-    shown = {n: v.copy() for n, v in rows.items()}
-    for n in rows:
-        rows[n] = np.concatenate([rows[n], rows[n] + 1e-6, rows[n][:40]])
-    kept = thinned(model, TURN)
-    assert len(kept["knob"]) == len(shown["knob"])
-    places = [np.column_stack([v["robot"][:, 0], v["knob"]]) / 0.1 for v in (kept, shown)]  # in ticks' largest steps
-    off = [np.abs(places[0][:, None] - other).max(axis=2) for other in places]
-    assert off[1].min(axis=0).max() < PLANNING.alike, "each of them is like one that is kept"
-    assert (off[0] + np.eye(len(kept["knob"]))).min() >= PLANNING.alike, "and no two that are kept are alike"
-    for n in rows:
-        rows[n] = shown[n] - [0.0, 1.0] if n == "robot" else shown[n]  # an open hand: it holds nothing in any of them
-    assert {len(v) for v in thinned(model, TURN).values()} == {0}
+    for limit in model.step_limit.values():
+        limit[:] = 0.4
+    every, kept = model.edges[TURN].examples.active, thinned(model, TURN)
+    places = [np.hstack([batch["robot"][:, :1], batch["knob"]]) for batch in (every, kept)]
+    assert 10 < len(places[1]) < len(places[0])
+    away = np.abs(places[0][:, None] - places[1]).max(axis=2) / model.step_limit["knob"][0]
+    assert (away.min(axis=1) < PLANNING.alike + 1e-9).all(), "whatever was left out is near one that was kept"
+    between = np.abs(places[1][:, None] - places[1]).max(axis=2) / model.step_limit["knob"][0]
+    assert (between[~np.eye(len(between), dtype=bool)] >= PLANNING.alike - 1e-9).all()
+
+
+def test_an_interaction_that_is_active_in_no_sample_has_no_states() -> None:
+    model = shade()
+    model.gates[TURN] = lambda s: np.full(len(s["robot"]), -1.0)
+    assert len(thinned(model, TURN)["knob"]) == 0
+
+
+def test_changes_and_what_jumps_tell_no_states_apart() -> None:
+    model = tap()
+    np.testing.assert_allclose(_reach(model, "tank"), [0.1, np.inf])
+    np.testing.assert_allclose(_reach(model, "robot"), [0.1, np.inf])
+    np.testing.assert_allclose(_reach(model, "tap"), [0.1])
+    model.step_limit["tank"][0] = 0.0
+    np.testing.assert_allclose(_reach(model, "tank"), [4e-4, np.inf])
 
 
 def test_more_states_than_can_be_linked_are_spread_over_all_of_them() -> None:
@@ -35,15 +46,6 @@ def test_more_states_than_can_be_linked_are_spread_over_all_of_them() -> None:
     found = thinned(model, TURN)["knob"][:, 0]
     assert len(found) == PLANNING.nodes
     assert np.diff(np.sort(found)).max() < 5 * 60.0 / PLANNING.nodes
-
-
-def test_states_are_told_apart_by_what_keeps_its_value_or_is_held() -> None:
-    """Not by a hand that opens, nor by a change of something else."""
-    model = tap()
-    for obj, reach in (("robot", [0.1, np.inf]), ("tank", [0.1, np.inf]), ("cup", [0.1, 0.1]), ("tap", [0.1])):
-        np.testing.assert_array_equal(_reach(model, obj), reach)
-    model.noise["cup"][1] = 1.0
-    assert _reach(model, "cup")[1] > 1.0  # no state is told from another by less than readings tell
 
 
 def test_a_motion_is_followed_for_as_many_ticks_as_there_are() -> None:

@@ -8,7 +8,7 @@ from toy_models import LAMP_START, TAP_START, lamp, tap
 
 from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.places import _acts_on_goal, _along, _wanted
+from ichain_drake.control.planning.places import _acts_on_goal, _along, _distinct, _wanted
 from ichain_drake.control.planning.plan import Condition
 from ichain_drake.control.settings import PLANNING
 
@@ -58,3 +58,12 @@ def test_a_line_is_laid_only_for_what_acts_on_something_that_has_to_be_held() ->
         assert _acts_on_goal(model, obj, LAMP_START, goal.conditions) is acts, (text, obj)  # type: ignore[arg-type]
     water = parse_goal(["cup.water >= 0.5"], tap(), TAP_START).conditions
     assert not _acts_on_goal(tap(), "tank", TAP_START, water)  # type: ignore[arg-type] # what was filled in stays
+
+
+def test_places_that_are_as_good_as_the_same_are_one_and_where_it_is_now_is_none() -> None:
+    width, here = np.array([2.0, 0.5]), np.array([1.0, 1.0])
+    same = PLANNING.same * width
+    far = here + [1.0, 0.0]
+    found = [here + 0.9 * same, far, far + 0.9 * same, far + [0.0, 1.1 * same[1]], far - [1.1 * same[0], 0.0]]
+    kept = _distinct(found, here, width)
+    np.testing.assert_allclose(kept, [found[1], found[3], found[4]])

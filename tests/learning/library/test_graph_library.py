@@ -276,8 +276,6 @@ FORGED = [
     (("passive", 0, 1), [], r"model\.passive: 0 variables for the 6 of box"),
     (("activations", 0, 1, 0, "event"), 7, "row 7 is not in its window"),
     (("low",), {}, r"model\.low: a list of pairs is needed"),
-    (("low", 0), ["hand"], r"model\.low: a list of pairs is needed"),
-    (("low", 0), ["hand", "model.low[0]", "more"], r"model\.low: a list of pairs is needed"),
     (("pieces",), "all", r"model\.pieces: a list is needed"),
 ]
 

@@ -55,10 +55,3 @@ def test_without_roles_all_else_of_a_variable_stays() -> None:
         for v, w in zip(space.variables, bare.objects[name].variables, strict=True):
             assert w.role is None
             assert (v.name, v.unit, v.lower, v.upper, v.kind) == (w.name, w.unit, w.lower, w.upper, w.kind)
-
-
-def test_a_report_has_the_time_of_the_last_frame() -> None:
-    run = GraphRun(LampScenario(), ["lamp.light >= 0.5"])
-    assert run.report()["sim_seconds"] == 0.0
-    run.log = EpisodeLog(np.arange(46) / 30, {}, {}, {}, np.zeros((46, 3)))
-    assert run.report()["sim_seconds"] == 1.5

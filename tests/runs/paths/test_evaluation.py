@@ -128,13 +128,13 @@ def test_nothing_beyond_the_samples_of_a_row_is_used_for_it() -> None:
             np.testing.assert_array_equal(array, same.forward.model.frozen.arrays()[key])
 
 
-def test_the_graph_that_knows_nothing_between_robot_and_target_has_the_last_links_candidates() -> None:
-    scenario = load_scenario("car_game", (), "ideal", 0)
-    first, last = object(), object()
-    graph, candidates = monolithic(scenario, {"hand->joystick": first, "joystick->car": last})  # type: ignore[dict-item]
-    assert [e.name for e in graph.interactions] == ["hand->car"]
-    assert {n: graph.objects[n] for n in graph.objects} == {n: scenario.graph.objects[n] for n in ("hand", "car")}
-    assert candidates == {"hand->car": last}
+def test_without_a_factoring_the_robot_moves_the_target_by_the_last_links_candidates():
+    scenario, last = CarGame((), "ideal"), object()
+    graph, candidates = monolithic(scenario, {"joystick->car": last, "hand->joystick": object()})
+    assert set(graph.objects) == {scenario.graph.root, "car"}
+    (edge,) = graph.interactions
+    assert (edge.parent, edge.child) == (scenario.graph.root, "car")
+    assert candidates == {edge.name: last}
 
 
 def test_the_oracle_has_a_row_for_each_path(monkeypatch: pytest.MonkeyPatch) -> None:
