@@ -43,7 +43,10 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
 ROOT = Path(__file__).parents[1]
-COPIED = ("ichain_drake", "tests", "models", "examples", "docs", "benchmarks", "README.md", "pyproject.toml")
+COPIED = (
+    "ichain_drake", "tests", "models", "examples", "docs", "benchmarks", "notebooks",
+    "README.md", "CHANGELOG.md", "pyproject.toml",
+)  # fmt: skip
 PACKAGES = ("learning", "control", "runs")
 WARM = ("numpy", "scipy.optimize", "scipy.spatial", "sklearn.base", "pandas", "pydrake.multibody.plant", "hypothesis")
 """What most tests import and no mutant changes: loaded once, before the processes that run tests are forked."""

@@ -73,7 +73,7 @@ class MotionPlanner:
             now: hand state, exposed variables, shape (n_exposed,).
             goal: wanted hand state, shape (n_exposed,).
             held: object that is held and goes along; one without a declared body is taken for small.
-            left: hand state, shape (n_exposed,), in which each object that was put down was let go of.
+            left: hand state, shape (n_exposed,), in which each object that stands around was, or would be, let go of.
 
         Returns:
             shape (n, n_exposed), n >= 1; the last row is the goal.

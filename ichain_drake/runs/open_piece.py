@@ -42,6 +42,7 @@ class OpenRecord:
         self._marks = ""
         names = itertools.chain([name], (f"{name}-{number}" for number in itertools.count(2)))
         files = (folder / f".{n}{_ENDING}" for n in names)
+        self.file = folder / f".{name}{_ENDING}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self.file = next(file for file in files if not os.path.lexists(file))

@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 from small_world import GRAPH
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionModel, label_findings, learn_interactions
+from ichain_drake.learning.findings import _repeats
 
 
 def changed(pieces: list[Demonstration], k: int, first: int, last: int, edge: str) -> list[Demonstration]:
@@ -53,3 +55,20 @@ def test_a_frozen_feed_is_found(model: InteractionModel, demonstrations: list[De
     found = [f for f in label_findings(pieces, GRAPH, model) if f.edge == "box"]
     assert [(f.piece, f.rows) for f in found] == [(demonstrations[0].name, (5, 35))]
     assert "frozen feed" in found[0].text
+
+
+def test_a_reading_that_never_moves_is_told_of_no_piece_in_particular(
+    model: InteractionModel, demonstrations: list[Demonstration]
+) -> None:
+    pieces = [replace(p, table=p.table.assign(**{"lamp.glow": 0.5})) for p in demonstrations]
+    found = [f for f in label_findings(pieces, GRAPH, model) if f.edge == "lamp.glow"]
+    assert [(f.piece, f.rows) for f in found] == [("", (0, 0))]
+    assert found[0].text.startswith("lamp.glow: is 0.5 in every row of all pieces")
+
+
+def test_readings_repeat_where_all_that_are_noisy_do_and_none_that_can_go_no_further_counts() -> None:
+    states = np.array([[1.0, 5.0], [1.0, 5.0], [1.0, 6.0], [0.0, 6.0], [0.0, 6.0], [9.0, 6.0], [9.0, 6.0]])
+    lower, upper = np.array([0.0, -np.inf]), np.array([9.0, np.inf])
+    both, first = np.array([True, True]), np.array([True, False])
+    assert _repeats(states, both, lower, upper).tolist() == [True, False, False, True, True, True]
+    assert _repeats(states, first, lower, upper).tolist() == [True, True, False, False, False, False]

@@ -18,6 +18,7 @@ from ichain_drake.learning import (
     f1,
     learn_interactions,
 )
+from ichain_drake.learning.known import typical_row
 from ichain_drake.learning.settings import LEARNING
 
 GRAPH = small_world.GRAPH
@@ -132,6 +133,8 @@ def _changed(column: str, change) -> list[Demonstration]:
 def test_fresh_pieces_of_the_same_world_contradict_nothing(model: InteractionModel):
     assert contradicted(FRESH, GRAPH, parts_of(model)) == {}
     assert contradicted([], GRAPH, parts_of(model)) == {}
+    part = less(parts_of(model), [Interaction("tap", "box")])  # acts in some rows, and isn't known: they tell nothing
+    assert contradicted(FRESH, GRAPH, part) == {}
 
 
 def test_a_status_that_is_another_now_is_found(model: InteractionModel):
@@ -156,3 +159,9 @@ def test_an_object_that_changes_by_itself_in_another_way_is_found(
     found = contradicted(small_world.pieces(7), GRAPH, parts_of(model))
     assert list(found) == [Interaction("valve", "lamp")]
     assert found[Interaction("valve", "lamp")].startswith("left alone, lamp.glow changes by 0.")
+
+
+def test_a_typical_row_is_near_the_medians_in_every_variable_as_a_share_of_its_range():
+    far, narrow = [0.0, 10.0, 5.0, 6.0, 4.9], [0.0, 0.1, 0.1, 0.05, 0.0]  # medians 5 and 0.05
+    still = np.full(5, 3.0)
+    np.testing.assert_array_equal(typical_row(np.column_stack([far, narrow, still])), [6.0, 0.05, 3.0])

@@ -9,11 +9,13 @@ from small_world import COOLING, FLOW, GRAPH, states_of
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel, InteractionSpec, event_f1, f1, learn_interactions
 from ichain_drake.learning.chain.link import EstimatorSpec
-from ichain_drake.learning.data import collect
+from ichain_drake.learning.data import GraphData, Piece, collect
+from ichain_drake.learning.learn import _active_step
 from ichain_drake.learning.noise import measurement_std
+from ichain_drake.state import StateSpace, Variable
 
 HELD_OUT = small_world.pieces(5)
 CARRY, PRESS, OPEN, FILL, LIGHT = (Interaction.parse(e.name) for e in GRAPH.interactions)
@@ -133,3 +135,20 @@ def test_an_unknown_parameter_of_the_box_is_refused(demonstrations: list[Demonst
     spec = InteractionSpec(effect_estimators=(), status_estimators=(EstimatorSpec.parse("box(width=1)"),))
     with pytest.raises(InputError, match="box has no parameter 'width'; it has reach"):
         learn_interactions(demonstrations[:3], GRAPH, spec)
+
+
+def test_how_far_a_parent_goes_in_a_tick_is_told_by_ticks_in_which_it_acts_all_along() -> None:
+    """It takes hold with a jump, goes on by .1 and .3, and lets go with another jump; its noise is no motion."""
+    spaces = {"hand": StateSpace("hand", (Variable("x"), Variable("y"))), "cup": StateSpace("cup", (Variable("x"),))}
+    graph = InteractionGraph(spaces, ["hand->cup"])
+    edge = graph.interactions[0]
+    x = np.array([0.0, 5.0, 5.1, 4.8, 9.0, 9.0])
+    states = {"hand": np.c_[x, 0.01 * np.array([0, 1, 0, 1, 0, 1])], "cup": x[:, None]}
+    flags = {edge: np.array([0, 1, 1, 1, 0, 0], dtype=bool)}
+
+    def step(on: dict[Interaction, np.ndarray]) -> np.ndarray:
+        data = GraphData(graph, spaces, (Piece("p", states, on),), (edge,), {"hand": (0, 1), "cup": (0,)})
+        return _active_step(data, edge, np.array([0.01, 0.01]))
+
+    np.testing.assert_allclose(step(flags), [0.3, 0.0])
+    np.testing.assert_array_equal(step({edge: np.arange(6) == 1}), [0.0, 0.0])

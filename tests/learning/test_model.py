@@ -1,6 +1,8 @@
 """The learned model in batches, with forced status, and its inverse."""
 
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -127,3 +129,18 @@ def test_bad_arguments_are_refused(model: InteractionModel, states: dict[str, Fl
         model.step(one, one["hand"], active={Interaction("a", "b"): True})
     with pytest.raises(InputError, match="no learned interaction a->b; learned are hand->box"):
         model.decide(Interaction("a", "b"), one)
+
+
+def test_a_spread_is_the_largest_of_what_acts_and_a_changes_that_of_its_amount_and_a_reading() -> None:
+    fills, cools = (
+        SimpleNamespace(effects=[SimpleNamespace(variable=i, regression=SimpleNamespace(std=std))])
+        for i, std in ((0, 0.5), (2, 0.01))
+    )
+    kinds = [("hold", 0.3, 0), ("change", 9.0, 0), ("hold", 0.1, 0)]
+    passive = SimpleNamespace(variables=[SimpleNamespace(kind=k, std=s, amount=a) for k, s, a in kinds])
+    edges = {Interaction("tap", "cup"): fills, Interaction("fan", "cup"): cools, Interaction("fan", "lid"): fills}
+    cup = SimpleNamespace(passive={"cup": passive}, noise={"cup": np.array([0.1, 0.4, 0.2])}, _edge=edges.__getitem__)
+    spread = partial(InteractionModel.spread, cup, "cup")
+    np.testing.assert_allclose(spread([]), [0.3, 0.5, 0.1])
+    np.testing.assert_allclose(spread(list(edges)), [0.5, np.hypot(0.5, 0.4), 0.1])
+    np.testing.assert_allclose(spread([Interaction("fan", "lid")]), [0.3, 0.5, 0.1])

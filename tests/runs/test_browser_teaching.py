@@ -11,7 +11,7 @@ import pytest
 
 from ichain_drake.demonstrations import read_demonstrations
 from ichain_drake.errors import InputError
-from ichain_drake.runs.browser_pieces import PieceRecorder
+from ichain_drake.runs.browser_pieces import OpenPiece, PieceRecorder
 from ichain_drake.runs.browser_teaching import END, RECORD, RESTART, TeachingSession
 from ichain_drake.scenarios.seats import choose_seat
 from ichain_drake.simulation.commands import Commands
@@ -45,6 +45,11 @@ def test_a_piece_has_the_rows_of_whole_ticks(scenario, driven, tmp_path):
     (read,) = read_demonstrations(tmp_path, scenario.graph)
     assert read.table.equals(piece.table)
     assert json.loads((tmp_path / "joystick-001.json").read_text())["ended_by"] == "the person"
+
+
+@pytest.mark.parametrize(("frame", "rows"), [(5, 0), (19, 0), (20, 1), (29, 1), (30, 2), (51, 4)])
+def test_a_row_is_begun_at_the_first_frame_and_after_every_ten(frame, rows):
+    assert OpenPiece("joystick-001", 20).rows(frame) == rows
 
 
 def test_numbers_go_on_where_a_folder_ends(scenario, driven, tmp_path):
@@ -142,21 +147,26 @@ def test_nothing_moves_while_nobody_looks(scenario, tmp_path):
     for _ in range(21):
         session._frame()
     session._leave()
+    session._press(RECORD.name)
+    session._leave()
     session.view.close()
+    assert any("joystick-002 was too short to keep" in line for line in said)
     assert [p.name for p in session.pieces.saved] == ["joystick-001"]
     assert len(session.pieces.saved[0]) == 3
     assert (tmp_path / "joystick-001.parquet").is_file()
-    assert sum("nobody looks" in line for line in said) == 2
+    assert sum("nobody looks" in line for line in said) == 3
 
 
 def test_a_piece_that_cannot_be_written_is_not_lost(scenario, tmp_path):
     folder = tmp_path / "pieces"
     folder.write_text("in the way")
-    session = TeachingSession(scenario, choose_seat(scenario), folder, lambda line: None)
+    said = []
+    session = TeachingSession(scenario, choose_seat(scenario), folder, said.append)
     session._start()
     session._press(RECORD.name)
-    for _ in range(11):
+    for _ in range(31):
         session._frame()
+    assert sum(line.startswith("NOT SAVED meanwhile: ") for line in said) == 1  # however many rows come
     session._press(END.name)
     assert not session._over
     assert "can't make the folder" in session._alarm()

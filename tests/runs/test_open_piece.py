@@ -1,6 +1,7 @@
 """What a script records is on disk while it is recorded: a kill takes a second of it, not the piece."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -132,5 +133,32 @@ def test_of_less_than_two_rows_nothing_is_made(tmp_path: Path) -> None:
     for lines, left in (([], False), ([head], False), ([head, "[1]"], False), ([head, "[1]", "[2]", "[3"], True)):
         (tmp_path / ".p.open").write_text("".join(f"{line}\n" for line in lines).removesuffix("[3\n") + "[3")
         found = left_behind(tmp_path)
-        assert [len(piece) for _, piece in found] == [2] * left
+        assert [(piece.name, len(piece)) for _, piece in found] == [("p", 2)] * left
         assert (tmp_path / ".p.open").exists() == left
+
+
+def test_a_folder_that_can_not_be_made_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(InputError, match=r"file/\.play\.open: can't write the open piece: File exists"):
+        OpenRecord(tmp_path / "file", "play")
+
+
+def test_a_piece_after_one_for_which_there_was_no_room_is_noted_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = OpenScript(tmp_path)
+    rows = Demonstration(pd.DataFrame({TIME: TICK * np.arange(3), "a.x": np.arange(3.0)}), {}, "first.parquet")
+    with monkeypatch.context() as full:
+
+        def add(*_: object) -> None:
+            raise InputError("no space is left")
+
+        full.setattr(OpenRecord, "add", add)
+        script.add(rows)
+    script.add(rows)
+    assert (script.rows, list(tmp_path.iterdir())) == (0, []), "what was given up for a piece stays so"
+    script.close()
+    script.add(replace(rows, name="second.parquet"))
+    assert (script.rows, [f.name for f in tmp_path.iterdir()]) == (3, [".second.open"])
+    script.close()
+    assert not list(tmp_path.iterdir())

@@ -175,3 +175,23 @@ def test_what_is_left_is_told_by_what_a_job_took_so_far(monkeypatch):
         "0.67 4 of 6: b; about 30 s left",
         "0.83 5 of 6: c; about 15 s left",
     ]
+
+
+@pytest.mark.parametrize(("found_before_loss", "attempts"), [([], 4), ([1], 5), ([0, 1, 2, 4, 5], 9)])
+def test_losses_are_counted_from_the_last_that_something_was_found_before(
+    tmp_path, monkeypatch, found_before_loss, attempts
+):
+    """Four one after another end it, of which the first may have found something."""
+    tried, rows = [], RowFile()
+
+    def lose(work, backend, rows, *rest):
+        tried.append(len(work))
+        if len(tried) - 1 in found_before_loss:
+            rows.add({work[0][1][0]: "found"})
+        raise runner._LostError("a process was killed", [])
+
+    monkeypatch.setattr(runner, "_attempt", lose)
+    work = [ToyJob((str(k),), tmp_path) for k in range(9)]
+    with pytest.raises(WorkerLostError, match=rf"4 times; {len(found_before_loss)} findings are kept"):
+        run_jobs(work, rows=rows)
+    assert len(tried) == attempts

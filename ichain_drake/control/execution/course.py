@@ -25,7 +25,7 @@ class Motion(Protocol):
             now: last command, shape (n_root,).
             goal: shape (n_root,).
             held: object that goes along with the robot.
-            left: robot state, shape (n_root,), in which each object that it brought somewhere was let go of.
+            left: robot state, shape (n_root,), in which each object that stands around was, or would be, let go of.
 
         Raises:
             UnreachableError: if there is no way.

@@ -64,7 +64,7 @@ class View:
         monitors: whether to watch.
         attempts: for a switching.
         motion: lays out ways of the robot; straight lines without.
-        left: robot state in which each object that it carried was let go of, shape (n_root,).
+        left: robot state in which each object that stands around was, or would be, let go of, shape (n_root,).
         follows: object that was seen to go along with the robot when that moved clearly last; empty if there is none.
         stopped: whether the robot was seen just now not to get on.
         news: how often it was, where it is; see `Course`.

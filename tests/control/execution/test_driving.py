@@ -15,7 +15,10 @@ from ichain_drake.control.execution.driving import DriveTask
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, View
 from ichain_drake.control.planning.plan import PlanStep
 from ichain_drake.control.planning.skills import Skills
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.settings import LEARNING
+from ichain_drake.rules import without
 from ichain_drake.state import Role, StateSpace, Variable
 
 SKILLS = Skills({}, {})
@@ -176,3 +179,87 @@ def test_where_the_first_thing_does_not_follow_it_is_pressed_as_far_as_anybody_d
     assert answers[-1].edge == warm
     kept = [k for k, a in enumerate(answers) if isinstance(a, np.ndarray)]
     assert len(kept) > 6, "it did not give up at the first"
+
+
+@pytest.mark.parametrize(("lacks", "further"), [("", True), ("active", False), ("effect", False)])
+def test_only_where_somebody_did_it_and_it_does_something_it_is_pressed_further(lacks: str, further: bool) -> None:
+    model, step, now = jug()
+    take, warm = step.chain
+    model.gates[warm] = lambda s: np.full(len(s["jug"]), -1.0)
+    if lacks == "active":
+        model.gates[take] = lambda s: np.full(np.shape(s["jug"])[:-1], -1.0)
+    if lacks == "effect":
+        model.edges[take].effects = []
+    task = DriveTask(take, step=step, goal=np.array([0.6]), arrived=True)
+    readings = [now] * 3
+    assert task._further(View(model, SKILLS, readings, now["robot"])) == further
+    assert task.pushed == further
+    assert not task._further(View(model, SKILLS, readings, now["robot"])), "and once at most"
+
+
+@pytest.mark.parametrize(("stands", "most"), [(-0.5, 0.3), (0.6, 0.0)])
+def test_it_is_pressed_on_in_the_direction_in_which_it_has_to_go(stands: float, most: float) -> None:
+    """What stands before all that was shown goes to its far end, and what stands behind to the near one."""
+    model, step, now = jug()
+    take, warm = step.chain
+    model.edges[take].relative = False
+    model.edges[warm].examples.active = {
+        n: np.array([[v] if n != "stove" else [0.0, 0.2] for v in (0.0, 0.1, 0.3)]) for n in now
+    }
+    task = DriveTask(take, step=step, goal=np.array([stands]), arrived=True)
+    assert task._further(View(model, SKILLS, [{**now, "jug": np.array([stands])}] * 3, np.array([stands])))
+    np.testing.assert_allclose(task.goal, [most])
+
+
+def over_on_the_way(waters: Sequence[float]) -> list[bool]:
+    """After each reading, of water that should come to .5 from .1."""
+    task, model, readings, out = DriveTask(CHAIN[0], step=fill()), tap(), [], []
+    for water in waters:
+        readings.append({**PRESSED, "cup": np.array([1.0, water])})
+        out.append(task.over_on_the_way(View(model, SKILLS, readings, PRESSED["robot"])))
+    return out
+
+
+def test_on_the_way_it_is_over_a_tick_before_what_flows_fast_would_be_there() -> None:
+    assert over_on_the_way([0.1, 0.1, 0.2, 0.3, 0.4]) == [False, False, False, False, True]
+    assert over_on_the_way([0.1, 0.1, 0.2, 0.3, 0.3]) == [False] * 5
+    model = tap()
+    width, noise = (model.high["cup"] - model.low["cup"])[1], model.noise["cup"][1]
+    there = 0.5 - max(EXECUTION.slack_noises * noise, EXECUTION.slack * width)
+    # What changes within noise does not flow: the mean of two readings has to be there.
+    assert not over_on_the_way([0.1, 0.3, there - 1.5 * noise, there + noise])[-1]
+    assert over_on_the_way([0.1, 0.3, there - 0.5 * noise, there + noise])[-1]
+
+
+def test_what_does_not_move_at_all_has_stopped_when_that_would_be_seen() -> None:
+    """The predicted rate is .04 a tick; windows are as long as the rule that looks for what is inactive."""
+    task = DriveTask(CHAIN[0], step=fill())
+    values, w = np.full(80, 0.3), PLANNING.probe
+    assert not task._stalled(values[: 2 * w + 1], 1e-4, 1.0, 0.4)
+    assert task._stalled(values[: 2 * w + 2], 1e-4, 1.0, 0.4)
+    rises = 0.1 + 0.04 * np.arange(80)
+    assert not task._stalled(rises, 1e-4, 1.0, 0.4)
+    assert task._stalled(rises, 1e-4, -1.0, 0.4), "the wrong way"
+    assert task._stalled(0.1 + 0.2 * LEARNING.slight * 0.04 * np.arange(80), 1e-4, 1.0, 0.4)
+    assert not task._stalled(0.1 + 1.2 * LEARNING.slight * 0.04 * np.arange(80), 1e-4, 1.0, 0.4)
+    loud = 0.04 * 40.0  # noise in which windows have to be longer
+    assert not task._stalled(values[: 2 * w + 2], loud, 1.0, 0.4)
+
+
+def test_how_fast_it_goes_is_told_by_two_means_that_do_not_share_a_reading() -> None:
+    """After four readings there is no second mean yet: .26 would be reached in a tick, but nothing tells how fast."""
+    assert drive(DriveTask(CHAIN[0], step=fill(0.26)), 0.1 + 0.05 * np.arange(30)) == (DONE, 5)
+
+
+def test_with_a_rule_switched_off_it_is_as_without_it() -> None:
+    model, step, now = jug()
+    task = DriveTask(step.chain[0], step=step, goal=np.array([0.6]), arrived=True)
+    view = View(model, SKILLS, [now] * 3, now["robot"])
+    with without(["push_further", "carry_further", "over_on_the_way", "stalled"]):
+        assert not task._further(view)
+        assert not task._carry_further(view)
+        assert not task._stalled(np.full(80, 0.3), 1e-4, 1.0, 0.4)
+        assert over_on_the_way([0.1, 0.5, 0.6, 0.6]) == [False] * 4
+        assert not task.pushed
+    assert over_on_the_way([0.1, 0.5, 0.6, 0.6])[-1]
+    assert task._carry_further(view)

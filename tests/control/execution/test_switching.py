@@ -6,11 +6,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from moved_thing import EDGE
+from moved_thing import model as moved_thing
 from toy_models import LAMP_START, lamp
 
 from ichain_drake.control.execution.switching import Switch
-from ichain_drake.control.execution.tasks import DONE, Failed, Mode, View
+from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
+from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.settings import LEARNING
 
 DIM = Interaction("robot", "dimmer")
 HELD, FREE = np.array([0.3, 0.0, 1.0]), np.array([0.3, 0.0, 0.0])
@@ -94,3 +98,36 @@ def test_a_skill_without_a_way_is_over_when_it_is_so() -> None:
             view = View(lamp(), here, [{**LAMP_START, "robot": command}] * 2, command, monitors)  # type: ignore[arg-type]
             answer = Switch(DIM, activate=False, forced=True).act(view)
             assert (isinstance(answer, str) and answer == DONE) == (done or not monitors)
+
+
+class Onward(Task):
+    """What the plan goes on with: sends the robot somewhere, or finds no way."""
+
+    def __init__(self, command: np.ndarray | None) -> None:
+        super().__init__(EDGE)
+        self.command = command
+
+    def act(self, view: View) -> Answer:
+        if self.command is None:
+            raise UnreachableError("no way")
+        return self.command
+
+
+def tried(robot: list[float], thing: list[float], onward: Onward, calls: int = 1) -> tuple[list[object], Switch]:
+    """What comes of going on with the plan for a while, after a robot and a thing went so."""
+    rows = [{"robot": np.array([a, 1.0]), "thing": np.array([b, 0.5])} for a, b in zip(robot, thing, strict=True)]
+    task = Switch(EDGE, activate=True, onward=onward, since=len(rows))
+    view = View(moved_thing(), Paths(), rows, rows[-1]["robot"])  # type: ignore[arg-type]
+    return [task._try(view) for _ in range(calls)], task
+
+
+def test_whether_a_thing_comes_along_is_tried_for_some_ticks_with_what_the_plan_goes_on_with() -> None:
+    far, way, still = np.array([0.9, 1.0]), [0.0, 0.0, 0.03, 0.06, 0.09], [0.0] * 5
+    (seen,), task = tried(way, way, Onward(far))
+    assert (seen, task.followed) == (DONE, True)
+    (stays,), task = tried(way, [0.3] * 5, Onward(far))
+    assert (stays, task.followed) == (None, False)
+    answers, task = tried(still, still, Onward(far), LEARNING.look + 1)
+    assert all(np.array_equal(a, far) for a in answers[:-1])
+    assert (answers[-1], task.followed) == (None, False), "no longer than that"
+    assert tried(still, still, Onward(None))[0] == [None]

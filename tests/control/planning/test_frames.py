@@ -46,6 +46,17 @@ def test_an_object_goes_and_turns_with_what_it_is_relative_to():
     np.testing.assert_allclose(back, jug, atol=1e-12)
 
 
+def test_what_stands_beside_something_stays_as_high_as_it_stands():
+    high = tuple(Variable(a, "m", role=Role("position", "room", a)) for a in "xyz") + (Variable("water"),)
+    spaces = {n: StateSpace(n, high) for n in ("robot", "jug", "stove")}
+    graph = InteractionGraph(spaces, ["robot->jug", "jug->stove"])
+    edges = {e: SimpleNamespace(alignment=None, relative=True) for e in graph.interactions}
+    frames = Frames(SimpleNamespace(graph=graph, edges=edges))
+    jug, then, now = np.array([[1.0, 2.0, 3.0, 0.7]] * 2), np.zeros(4), np.array([10.0, 20.0, 30.0, 5.0])
+    np.testing.assert_allclose(frames.along("jug", jug, "stove", then, now), [[11.0, 22.0, 33.0, 0.7]] * 2)
+    np.testing.assert_allclose(frames.beside("jug", jug, "stove", then, now), [[11.0, 22.0, 3.0, 0.7]] * 2)
+
+
 def test_the_robot_goes_with_what_it_holds_along_its_own_axes():
     frames = Frames(model())
     was, now = np.zeros(3), np.array([0.3, 0.0, 0.0])

@@ -164,3 +164,13 @@ def test_what_is_taken_goes_as_far_as_the_robot_takes_it(monkeypatch: pytest.Mon
         ):
             met = impossible(parse_goal([text], tap()), tap(), {**TAP_START, "cup": np.array([0.5, 0.05])})
             assert (met is None) == (possible or text in (f"cup.x <= {low + 0.1}", f"cup.x >= {high - 0.1}")), text
+
+
+@pytest.mark.parametrize(("cup", "tank", "nearest"), [(0.9, 0.0, 0.85), (0.9, 0.2, 0.65), (0.9, 0.95, 0.0)])
+def test_of_an_amount_that_is_short_what_others_leave_is_as_near_as_it_comes(
+    cup: float, tank: float, nearest: float
+) -> None:
+    goal = parse_goal([f"cup.water >= {cup}", f"tank.water >= {tank}"], tap(), TAP_START)
+    found = impossible(goal, tap(), TAP_START)
+    assert isinstance(found, NoPlan)
+    assert found.closest == pytest.approx(nearest)

@@ -4,14 +4,16 @@ import copy
 
 import numpy as np
 from toy_models import lamp, tap
-from winding import GEAR, PUMP_START, SHADE_START, pump, shade
+from winding import GEAR, PUMP_START, SHADE_START, TURN, pump, shade
 
 from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.motion_drives import find_motion_drives
+from ichain_drake.control.planning.motion_drives import _context, find_motion_drives
 from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.state import Role, StateSpace, Variable
 
 
 def motions(model):
@@ -58,6 +60,29 @@ def test_a_goal_many_turns_away_is_planned_and_ends_where_it_is_wanted() -> None
     assert step.ticks > 50 + 2 * 20  # two new grasps at least
 
 
+def test_a_way_down_is_said_to_be_one() -> None:
+    model = shade()
+    found = GraphPlanner(model).plan(SHADE_START, parse_goal(["shade.height <= 0.2"], model, SHADE_START))
+    assert isinstance(found, Plan)
+    (step,) = found.steps
+    assert step.until is not None
+    assert step.until[:3] == ("shade", "height", -1)
+    assert step.until[3] <= 0.2
+
+
+def test_a_motion_is_looked_for_from_the_middle_of_what_it_drives() -> None:
+    """Either way there is room for it; where no push of the robot moves anything there is none."""
+    model = shade()
+    chain = (TURN, Interaction("knob", "shade"))
+    found = _context(model, chain, np.array([0]))
+    assert found is not None
+    assert abs(found["shade"][0] - 0.5) < 0.02
+    np.testing.assert_allclose(found["shade"], 0.5 + GEAR * found["knob"])  # one of the samples
+    assert _context(model, chain, np.array([], dtype=int)) is None
+    model.noise["shade"] = np.ones(1)
+    assert _context(model, chain, np.array([0])) is None
+
+
 def test_a_pedal_pumps_to_and_fro_and_only_up() -> None:
     model = pump()
     found = [d for d in motions(model) if len(d.chain) == 2]
@@ -70,3 +95,12 @@ def test_a_pedal_pumps_to_and_fro_and_only_up() -> None:
 def test_what_is_driven_by_holding_needs_no_motion() -> None:
     for model in (lamp(), tap()):
         assert motions(model) == ()
+
+
+def test_a_place_is_changed_by_carrying_and_not_by_a_motion() -> None:
+    """A knob that is turned further than a wrist goes is driven by motion; were its angle a place, it would not be."""
+    model = shade()
+    assert {d.direction for d in motions(model) if len(d.chain) == 1} == {-1, 1}
+    place = StateSpace("knob", (Variable("angle", "m", role=Role("position", "room", "x")),))
+    model.graph = InteractionGraph({**model.graph.objects, "knob": place}, model.graph.interactions)
+    assert not [d for d in motions(model) if len(d.chain) == 1]

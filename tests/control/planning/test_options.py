@@ -1,5 +1,6 @@
 """Where a drive begins: quiet, near the driving pose, and where the object has been before it was turned."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from ichain_drake.control.planning.carries import CarryOption, find_carries
 from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.options import _shown, _unseen, find_drives
+from ichain_drake.control.planning.options import _quiet_row, _shown, _unseen, find_drives
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -50,6 +51,19 @@ def test_what_was_passed_through_once_is_not_taken_for_seen() -> None:
     np.testing.assert_allclose(away, [0.005, 0.22 / 0.5 + 0.005], atol=1e-9)
     few = model([[0.5, 0.0], [0.28, 0.0]])
     assert _unseen(few, carry(), np.array([[0.5, 0.0]]), np.array([0.5, 2.0]))[0] > 0.4  # type: ignore[arg-type]
+
+
+def test_a_drive_begins_quietly_where_the_cup_was_let_go_rather_than_nearest_to_where_it_drives() -> None:
+    seen = model([[0.5, 0.0]], roles=False)
+    seen.low = {"cup": np.zeros(2), "robot": np.zeros(1)}
+    seen.high = {"cup": np.array([0.5, 2.0]), "robot": np.ones(1)}
+    poses = np.array([[0.5, -1.0], [0.2, 0.0], [0.45, -0.9], [0.2, 0.0]])
+    robot = np.array([[0.0], [0.4], [0.0], [0.1]])  # the hand of the last is less far away
+    batch, quiet = {"cup": poses, "robot": robot}, np.array([False, True, True, True])
+    assert _quiet_row(seen, carry(), batch, quiet, 0) == 3  # type: ignore[arg-type]
+    quiet[[1, 3]] = False
+    assert _quiet_row(seen, carry(), batch, quiet, 0) == 2  # type: ignore[arg-type]
+    assert _quiet_row(seen, carry(), batch, np.zeros(4, dtype=bool), 0) == 0  # type: ignore[arg-type]
 
 
 def test_without_positions_every_pose_is_as_good() -> None:
@@ -173,3 +187,13 @@ def test_of_several_ways_of_holding_it_the_surest_within_reach_is_taken() -> Non
     ]
     np.testing.assert_allclose(robot[:2], [0.5, 0.99])
     assert robot[2] is None
+
+
+def test_a_quiet_beginning_is_placed_where_its_object_is_too() -> None:
+    learned = bell()
+    found = drive_of(learned)
+    before = found.hold | {"robot": found.hold["robot"] - 0.3}
+    none = {n: v[:0] for n, v in found.others.items()}
+    drive = replace(found, before=before, others=none).placed(Frames(learned), {"bell": np.array([0.5, 0.0])})
+    assert drive is not None
+    np.testing.assert_allclose([drive.hold["robot"][0], drive.before["robot"][0]], [0.5, 0.2])

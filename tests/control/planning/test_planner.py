@@ -116,3 +116,16 @@ def test_a_plan_and_a_refusal_read_as_text() -> None:
     refused = format_plan(plan(model, TAP_START, "cup.water >= 1.5"), model.graph)
     assert refused.startswith("no plan (at tank->cup): cup.water >= 1.5: ")
     assert format_plan(Plan((), 0), model.graph) == "nothing to do: the goal is met"
+
+
+@pytest.mark.parametrize(("wanted", "chains"), [(0.04, 1), (0.5, 3)])
+def test_what_is_pressed_at_the_start_is_let_go_of_and_then_the_rest_is_planned(wanted: float, chains: int) -> None:
+    model = tap()
+    pressing = {**TAP_START, "robot": np.array([2.0, 0.0]), "tap": np.ones(1)}
+    found = plan(model, pressing, f"cup.water >= {wanted}", "not robot->tap")
+    assert isinstance(found, Plan)
+    assert found.steps[0].chain[0].name == "robot->tap"
+    assert found.steps[0].release
+    assert len(found.steps) == chains
+    assert found.steps[-1].predicted["cup"][1] >= wanted
+    assert found.steps[-1].predicted["tap"][0] == 0.0

@@ -1,10 +1,12 @@
 """Skills from demonstrated events, and the way to them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from small_job import GRAPH, fresh, learned, readings
 
-from ichain_drake.control.planning.skills import Skills
+from ichain_drake.control.planning.skills import Skills, _ranking
 from ichain_drake.control.planning.travel import step_towards
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
@@ -82,3 +84,19 @@ def test_steps_are_straight_and_what_jumps_changes_on_arrival() -> None:
         assert now[0] == pytest.approx(2 * now[1])
         assert now[3] == float(there)
     assert seen == [False, False, True]
+
+
+def test_what_was_shown_for_longer_after_it_let_go_comes_first_and_then_what_ends_most_surely_inactive() -> None:
+    """Rows from the event on: a second and one more make it whole, or as many as there are."""
+    model = SimpleNamespace(graph=GRAPH, decide=lambda edge, batch: batch["hand"][:, 0])
+    states = {n: np.zeros(len(s.observable)) for n, s in GRAPH.objects.items()}
+
+    def order(*shown: tuple[int, float]) -> list[int]:
+        """Of windows with so many rows from the event on, at whose end the decision is so."""
+        paths = [np.repeat([[end, 0.0, 0.0, 0.0]], rows + 2, axis=0) for rows, end in shown]
+        windows = [SwitchingWindow(p, np.zeros(3), 2) for p in paths]
+        return _ranking(model, BOX, windows, paths, states, False)  # type: ignore[arg-type]
+
+    assert order((3, -0.9), (4, -0.2), (9, -0.5)) == [2, 1, 0]
+    assert order((1, -0.9), (2, -0.2), (2, -0.3)) == [2, 1, 0]
+    assert order((1, -0.2), (1, -0.9)) == [1, 0]

@@ -61,3 +61,27 @@ def test_what_may_move_does_not_hold_up_the_rest() -> None:
     goal, whole = led(MODEL, EDGE, START, np.array([np.nan, np.nan, 1.9]), SLACK)  # type: ignore[arg-type]
     assert whole
     assert goal[2] - START["hand"][2] == pytest.approx(1.9, abs=1e-6)
+
+
+def test_what_can_not_be_reached_is_gone_for_as_long_as_that_comes_nearer() -> None:
+    """A spring that gives way: from 2/3 of its stiffness on every push leads back, and Newton's second step far off."""
+    space, edge = StateSpace("body", (Variable("x", "m"),)), Interaction("hand", "cup")
+
+    def yields(edge: Interaction, states: dict[str, FloatArray], parent_next: FloatArray) -> FloatArray:
+        def force(x: FloatArray) -> FloatArray:
+            return 10.0 * (x - x**3 / 3)
+
+        return force(np.asarray(parent_next)) - force(np.asarray(states["hand"]))
+
+    model = SimpleNamespace(
+        graph=InteractionGraph({"hand": space, "cup": space}, ["hand->cup"]),
+        step_limit={"hand": np.array([1e-4])},
+        effect=yields,
+        edges={edge: SimpleNamespace(active_step=np.ones(1))},
+    )
+    start = {"hand": np.zeros(1), "cup": np.zeros(1)}
+    goal, whole = led(model, edge, start, np.array([9.0]), np.array([0.1]))  # type: ignore[arg-type]
+    assert whole
+    np.testing.assert_allclose(goal, [0.9], rtol=1e-3)  # 6.57 of 9; the next step would be to 2.2
+    reached = led(model, edge, start, np.array([6.0]), np.array([0.1]))[0]  # type: ignore[arg-type]
+    np.testing.assert_allclose(10.0 * (reached - reached**3 / 3), [6.0], rtol=1e-2)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ichain_drake.control.tracking.levels import InverseLevel, PredictiveLevel, PredictiveWeights, plan_step
+from ichain_drake.control.tracking.levels import InverseLevel, PredictiveLevel, PredictiveWeights, _extend, plan_step
 from ichain_drake.control.tracking.tick_model import LinearizedModel
 from ichain_drake.demonstrations import Demonstration, collect_transitions
 from ichain_drake.graph import Interaction, InteractionGraph
@@ -192,3 +192,9 @@ def test_an_inverse_that_aims_further_reads_the_state_wanted_then() -> None:
         of.decide(np.zeros((1, 2)), np.zeros((1, 2)), wanted[:, 1:], np.zeros((1, 0)))[0],
     )
     assert ahead.lookahead == 2
+
+
+def test_what_is_wanted_beyond_its_end_is_its_last_and_what_is_too_long_is_cut() -> None:
+    wanted = np.arange(6.0).reshape(1, 3, 2)
+    for ticks, rows in ((2, [0, 1]), (3, [0, 1, 2]), (5, [0, 1, 2, 2, 2])):
+        np.testing.assert_array_equal(_extend(wanted, ticks), wanted[:, rows])

@@ -1,5 +1,7 @@
 """Learning a whole chain: the right view of each child, limits, commands, and links that are already known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +9,7 @@ import pytest
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.learning.chain.chain import LinkCandidates, learn_chain, learn_link, replace_samples
+from ichain_drake.learning.chain.chain import LinkCandidates, _most_likely, learn_chain, learn_link, replace_samples
 from ichain_drake.learning.chain.command import learn_command
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.state import StateSpace, Variable, wrap_angle
@@ -152,3 +154,12 @@ def test_a_hand_that_is_off_as_much_one_way_as_the_other_gets_a_learned_command_
     assert found is not None
     np.testing.assert_allclose(found.batch(np.array([[0.5, 0.2]])), [[0.55, 0.22]], atol=1e-6)
     assert learn_command(states, states) is None
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-4, 1e4])
+def test_a_candidate_is_chosen_by_the_shares_of_its_residuals_whatever_the_unit(unit: float) -> None:
+    """Half as much in one variable outweighs a third more in another that is far larger; a tie goes to the first."""
+    fitted = [SimpleNamespace(residual_std=unit * np.array(r)) for r in ([0.3, 0.004], [0.4, 0.002], [0.4, 0.001995])]
+    assert _most_likely(fitted) is fitted[1]  # type: ignore[arg-type, comparison-overlap]
+    assert _most_likely(fitted[::2]) is fitted[2]  # type: ignore[arg-type, comparison-overlap]
+    assert _most_likely(fitted[:1]) is fitted[0]  # type: ignore[arg-type, comparison-overlap]

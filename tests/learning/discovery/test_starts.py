@@ -1,12 +1,14 @@
 """What a search begins with: ticks that are perturbed, and the sides of an input on which they are."""
 
 import numpy as np
+import pytest
 
 from ichain_drake.learning.discovery.inputs import gate_inputs
 from ichain_drake.learning.discovery.log import Log, RawPiece, make_log
 from ichain_drake.learning.discovery.passive_kind import constant_values
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.discovery.starts import starts
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import StateSpace, Variable
 
 HAND, TANK = StateSpace("hand", (Variable("x", "m"),)), StateSpace("tank", (Variable("level", lower=0.0, upper=9.0),))
@@ -67,3 +69,17 @@ def test_what_goes_back_at_once_has_its_rest_value_and_what_stays_has_none() -> 
     assert abs(back - 1.0) < 3 * NOISE
     filled, _ = log(0.02, 1)
     assert constant_values(filled, "tank", ["hand"]) == {0: None}
+
+
+@pytest.mark.parametrize(("ticks", "begun_there"), [(LEARNING.rows, True), (LEARNING.rows - 1, False)])
+def test_so_few_ticks_are_enough_to_begin_with(ticks: int, begun_there: bool) -> None:
+    """Of a tank that nothing else happens to, jolts in ticks that no side of an input has in common."""
+    rng = np.random.default_rng(4)
+    at = rng.choice(np.arange(5, ROWS - 5), ticks, replace=False)
+    level = np.full(ROWS, 3.0)
+    for k, row in enumerate(at):
+        level[row:] += 0.5 * (-1) ** k
+    states = {"hand": rng.uniform(-1, 1, (ROWS, 1)), "tank": level[:, None] + NOISE * rng.normal(size=(ROWS, 1))}
+    made = make_log([RawPiece("p", states)], {"hand": HAND, "tank": TANK}, "hand", {})
+    jolted = np.isin(made.t + 1, at)
+    assert any(np.array_equal(rows, jolted) for rows in begun(made)) == begun_there

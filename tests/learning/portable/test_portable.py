@@ -35,8 +35,9 @@ from ichain_drake.learning.portable import (
 )
 from ichain_drake.learning.portable.frozen import add_frozen
 from ichain_drake.learning.portable.graph import OnnxGraph
-from ichain_drake.learning.portable.interaction import _column
+from ichain_drake.learning.portable.interaction import _column, _status_input
 from ichain_drake.learning.status.box import Box
+from ichain_drake.learning.status.inputs import DifferenceInput
 from ichain_drake.runs.library import save
 from ichain_drake.state import Role, StateSpace, Variable
 
@@ -147,6 +148,15 @@ def test_the_parts_of_a_graph_take_and_give_states(dispenser_model: InteractionM
     for name, passive in model.passive.items():
         found = run(passive_bytes(passive), state=states[name])["next_state"]
         np.testing.assert_allclose(found, passive(states[name]), rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [False, True])
+def test_differences_of_two_ends_are_written_as_they_are_read(angle: bool) -> None:
+    item = DifferenceInput("a", "b", (2, 1), angle, "b.y - a.z")
+    states = {n: RNG.uniform(-6, 6, size=(20, 3)) for n in "ab"}
+    graph = OnnxGraph("difference")
+    graph.output("y", _status_input(graph, item, {n: graph.input(n, 3) for n in "ab"}), 1)
+    np.testing.assert_allclose(run(graph.to_bytes({}), **states)["y"], item(states), atol=1e-12)
 
 
 def test_links_of_a_library_as_files(tmp_path: Path) -> None:

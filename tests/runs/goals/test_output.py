@@ -125,3 +125,13 @@ def test_a_run_that_logged_nothing_has_no_recording(tmp_path: Path) -> None:
     assert write_graph_recording(ran, tmp_path / "playback.html") == []
     assert write_graph_pictures(ran, tmp_path) == []
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_report_says_how_long_it_ran_and_nothing_of_a_plan_that_is_none(run: ic.GraphRun) -> None:
+    report = run.report()
+    assert report["sim_seconds"] == pytest.approx((FRAMES - 1) / 30, abs=1e-6)
+    assert (report["goal_reached"], report["control_steps"]) == (False, 0)
+    metrics = report["metrics"]
+    assert (metrics["plan"], metrics["cost"], metrics["probability"], metrics["events"]) == ([], None, 0.0, [])
+    run.log = None
+    assert run.report()["sim_seconds"] == 0.0

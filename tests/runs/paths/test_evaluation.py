@@ -1,6 +1,7 @@
 """Evaluation: a table made of rows, and nobody sees more samples than the table says."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -8,12 +9,15 @@ import pytest
 
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
+from ichain_drake.runs.paths import evaluation
 from ichain_drake.runs.paths.evaluation import (
     METHODS,
+    PathSeed,
     PathVariant,
     check_evaluation,
     evaluate_paths,
     learn_variant,
+    monolithic,
     shorten,
 )
 from ichain_drake.runs.paths.summary import summarise
@@ -122,3 +126,64 @@ def test_nothing_beyond_the_samples_of_a_row_is_used_for_it() -> None:
         np.testing.assert_array_equal(one.child_limit, same.child_limit)
         for key, array in one.forward.model.frozen.arrays().items():
             np.testing.assert_array_equal(array, same.forward.model.frozen.arrays()[key])
+
+
+def test_without_a_factoring_the_robot_moves_the_target_by_the_last_links_candidates():
+    scenario, last = CarGame((), "ideal"), object()
+    graph, candidates = monolithic(scenario, {"joystick->car": last, "hand->joystick": object()})
+    assert set(graph.objects) == {scenario.graph.root, "car"}
+    (edge,) = graph.interactions
+    assert (edge.parent, edge.child) == (scenario.graph.root, "car")
+    assert candidates == {edge.name: last}
+
+
+def test_the_oracle_has_a_row_for_each_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = load_scenario("car_game", (), "ideal", 4)
+    names = tuple(scenario.reference_paths())
+
+    def followed(scenario: object, name: str, path: object, number: int) -> object:
+        return SimpleNamespace(
+            completed=name != names[1], error=0.5 + number, paper_metric=2.0 + number, reason="it took too long"
+        )
+
+    monkeypatch.setattr(evaluation, "oracle_follow", followed)
+    rows = PathSeed(CarGame, (), "ideal", 4, ("oracle",), names)._rows()
+    assert [(r["method"], r["samples"], r["seed"], r["case"]) for r in rows] == [("oracle", 0, 4, n) for n in names]
+    assert [r["error"] for r in rows] == [0.5, None, 2.5]
+    assert [r["paper_metric"] for r in rows] == [2.0, None, 4.0]
+    assert [r["reason"] for r in rows] == ["", "it took too long", ""]
+    assert [r["success"] for r in rows] == [True, False, True]
+
+
+@pytest.mark.parametrize(
+    ("methods", "shown"),
+    [
+        (("default@100", "paper@50"), {"paper@50": "100 samples", "default@100": "100 samples"}),
+        (("monolithic",), {"monolithic@1000": "whole of 1000"}),
+        (("oracle",), {}),
+    ],
+)
+def test_each_variant_learns_from_the_pieces_that_are_meant_for_it(
+    monkeypatch: pytest.MonkeyPatch, methods: tuple[str, ...], shown: dict[str, str]
+) -> None:
+    """No sample more is recorded than the largest of them needs; and nothing that none of them learns from."""
+    recorded = []
+
+    class Shown(CarGame):
+        def record_demonstrations(self, progress=None, known=()):
+            recorded.append("pieces")
+            return [f"{self.config.learning.samples} samples"]
+
+        def monolithic_demonstration(self, samples):
+            recorded.append("whole")
+            return f"whole of {samples}"
+
+    seen = {}
+    monkeypatch.setattr(evaluation, "oracle_follow", lambda *_: SimpleNamespace(completed=False, reason=""))
+    monkeypatch.setattr(
+        evaluation, "_evaluate_variant", lambda scenario, v, pieces: [seen.__setitem__(v.label, " ".join(pieces))]
+    )
+    PathSeed(Shown, (), "ideal", 0, methods, ())._rows()
+    assert seen == shown
+    assert recorded.count("whole") == ("monolithic" in methods)
+    assert ("pieces" in recorded) is bool(shown)

@@ -3,15 +3,19 @@
 import json
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from ichain_drake.cli.main import main
 from ichain_drake.errors import InputError
+from ichain_drake.graph import InteractionGraph
 from ichain_drake.runs.paths import relearn
 from ichain_drake.runs.paths.relearn import WAYS, relearn_link, summarise_ways
+from ichain_drake.state import StateSpace, Variable
 from ichain_drake.systems import load_scenario
+from ichain_drake.timing import TICK
 
 FAST = ("learning.samples=300", "control.efforts=[0.05]", "learning.estimator=polynomial(degree=3)")
 
@@ -159,3 +163,37 @@ def test_a_ratio_is_the_mean_over_the_paths_and_none_where_one_was_lost() -> Non
     assert relearn._ratio({"a": 1.0, "b": None}, {"a": 2.0, "b": 2.0}) is None
     assert relearn._ratio({"a": 1.0}, {"a": 2.0, "b": 2.0}) is None
     assert relearn._ratio({}, {}) is None
+
+
+@pytest.mark.parametrize(
+    ("link", "known", "told"),
+    [("b->c", (), True), ("b->c", ("b->c",), False), ("a->b", (), False), ("h->a", (), False)],
+)
+def test_a_stale_model_from_robot_to_target_is_lost_only_where_the_target_is_new(
+    monkeypatch: pytest.MonkeyPatch, link: str, known: tuple[str, ...], told: bool
+) -> None:
+    spaces = {n: StateSpace(n, (Variable("x"),)) for n in "habc"}
+    scenario: Any = SimpleNamespace(
+        graph=InteractionGraph(spaces, ["h->a", "a->b", "b->c"]), target="c", reference_paths=lambda: {"eight": None},
+        config=SimpleNamespace(control=SimpleNamespace(method="predictive"), learning=SimpleNamespace(samples=70)),
+    )  # fmt: skip
+    asked = []
+
+    def learn(source: object, variant: Any, pieces: list[int]) -> None:
+        asked.append((variant.monolithic, variant.samples, pieces))
+
+    def row(scenario: object, way: str, learn: Any, say: object, *, new: bool = True) -> dict:
+        learn()
+        return {"way": way, "applied": True, "reason": "", "new_samples": 9 * new}
+
+    scenario.monolithic_demonstration = lambda samples: samples
+    monkeypatch.setattr(relearn, "learn_variant", learn)
+    monkeypatch.setattr(relearn, "_row", row)
+    saved: Any = SimpleNamespace(links=dict.fromkeys(known))
+    ways = relearn._monolithic(scenario, scenario, saved, link, lambda line: None)
+    stale = ways[relearn.STALE]()
+    assert (stale["applied"], stale["new_samples"]) == (not told, 0)
+    assert stale["reason"] == ("what it was learned to move is not there: c is new" if told else "")
+    anew = ways[relearn.ANEW]()
+    assert (anew["new_samples"], anew["robot_seconds"]) == (9, 9 * TICK)
+    assert asked == [(True, 3 * 70, [3 * 70])] * (2 - told)  # as many samples as all links together

@@ -1,0 +1,88 @@
+"""What a status may look at: by roles, in the axes that mean something, and once."""
+
+import numpy as np
+import pytest
+
+from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.data import GraphData, Piece
+from ichain_drake.learning.effects.alignment import Alignment, apart
+from ichain_drake.learning.status.inputs import (
+    BodyInput,
+    DifferenceInput,
+    PlaceInput,
+    RelativeInput,
+    ValueInput,
+    candidate_inputs,
+)
+from ichain_drake.state import Role, StateSpace, Variable
+
+EDGE = Interaction("hand", "box")
+
+
+def place(frame: str, *, yaw: bool = False) -> tuple[Variable, ...]:
+    turn = Variable("yaw", "rad", -np.pi, np.pi, "angle", Role("orientation", frame, "z"))
+    return (*(Variable(a, "m", role=Role("position", frame, a)) for a in "xy"), *((turn,) if yaw else ()))
+
+
+def data(hand: tuple[Variable, ...], box: tuple[Variable, ...]) -> GraphData:
+    """Two rows of a hand, a box and a lamp that acts on it too."""
+    spaces = {
+        "hand": StateSpace("hand", (*hand, Variable("heat", "degC", role=Role("level")))),
+        "box": StateSpace("box", (*box, Variable("warm", "degC", role=Role("level")))),
+        "lamp": StateSpace("lamp", (*place("world"), Variable("light"))),
+    }
+    graph = InteractionGraph(spaces, ["hand->box", "hand->lamp", "lamp->box"])
+    states = {n: np.arange(2.0 * len(s)).reshape(2, -1) / 10 for n, s in spaces.items()}
+    piece = Piece("p", states, {e: np.array([True, False]) for e in graph.interactions})
+    return GraphData(graph, spaces, (piece,), graph.interactions, {n: tuple(range(len(s))) for n, s in spaces.items()})
+
+
+def ends(found: GraphData, alignment: Alignment | None = None) -> tuple[list, list]:
+    return candidate_inputs(found, EDGE, {e: alignment if e == EDGE else None for e in found.edges})
+
+
+@pytest.mark.parametrize(("hand", "box", "of_child"), [(True, True, True), (True, False, False), (False, True, True)])
+def test_beside_what_can_be_turned_places_are_along_its_axes_the_childs_first(
+    hand: bool, box: bool, of_child: bool
+) -> None:
+    (first, *_), _ = ends(data(place("world", yaw=hand), place("world", yaw=box)))
+    assert isinstance(first, BodyInput)
+    assert (first.of_child, first.heading) == (of_child, 2)
+    assert first.label == "position of box relative to hand"
+
+
+def test_beside_what_can_not_be_turned_or_goes_along_they_are_along_the_parents() -> None:
+    made = data(place("world"), place("world"))
+    (first, *_), _ = ends(made)
+    assert isinstance(first, RelativeInput) and not isinstance(first, BodyInput)
+    turned = data(place("world", yaw=True), place("world", yaw=True))
+    still = apart(turned.spaces["hand"], turned.spaces["box"], {})
+    assert still is not None
+    going = Alignment(still.parent, still.child, (), still.turn, still.sway, still.shift, 40, 0.1)
+    (first, *_), _ = ends(turned, going)
+    assert isinstance(first, RelativeInput) and not isinstance(first, BodyInput)
+
+
+def test_both_ends_and_their_likes_are_looked_at_and_of_the_others_all_but_where_the_robot_is() -> None:
+    made = data(place("world"), place("camera"))
+    own, others = ends(made)
+    assert [i.label for i in own] == [
+        "position of hand", "hand.heat", "position of box", "box.warm", "box.warm - hand.heat",
+    ]  # fmt: skip
+    assert [type(i) for i in own] == [PlaceInput, ValueInput, PlaceInput, ValueInput, DifferenceInput]
+    assert [i.label for i in others] == ["position of lamp", "lamp.light"]
+    np.testing.assert_allclose(own[-1]({n: made.pieces[0].states[n] for n in made.spaces}), [[0.0], [0.0]])
+
+
+def test_places_of_a_frame_whose_turn_is_known_are_along_the_robots_axes() -> None:
+    made = data(place("world"), place("camera"))
+    quarter = np.array([[0.0, -1.0], [1.0, 0.0]])
+    groups = [apart(s, s, {}) for s in (made.spaces["hand"], made.spaces["box"])]
+    assert groups[0] is not None and groups[1] is not None
+    camera = Alignment(groups[0].parent, groups[1].child, (), quarter, np.zeros((2, 0)), np.zeros(2), 40, 0.1)
+    own, _ = ends(made, camera)
+    seen = next(i for i in own if i.label == "position of box")
+    states = {"box": np.array([[1.0, 2.0, 0.0]])}
+    np.testing.assert_allclose(seen(states), states["box"][:, :2] @ quarter)
+    hand = next(i for i in own if i.label == "position of hand")
+    np.testing.assert_allclose(hand({"hand": np.array([[1.0, 2.0, 0.0]])}), [[1.0, 2.0]])
