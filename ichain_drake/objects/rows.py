@@ -30,7 +30,7 @@ class _Numbers(np.ndarray):
     def __rpow__(self, base: Any, modulo: Any = None) -> Any:
         return _powers(base, self)
 
-    def __ipow__(self, exponent: Any) -> Any:
+    def __ipow__(self, exponent: Any) -> Any:  # type: ignore[misc, override] # without a modulo
         self[...] = _powers(self, exponent)
         return self
 
