@@ -83,16 +83,16 @@ def wrap_angle(angle: ArrayLike) -> FloatArray:
         angle: any shape [rad].
 
     Returns:
-        The same shape [rad].
+        The same shape [rad]; NaN stays NaN.
     """
     if isinstance(angle, float):  # to the same bits, in a fraction of the time
         turned = (angle + math.pi) % (2 * math.pi) - math.pi
-        return np.float64(turned if turned < math.pi else -math.pi)  # type: ignore[return-value]
+        return np.float64(-math.pi if turned >= math.pi else turned)  # type: ignore[return-value]
     wrapped = (np.asarray(angle, dtype=float) + math.pi) % (2 * math.pi) - math.pi
     # The remainder of a tiny negative number rounds up to 2 pi.
     if not wrapped.ndim:
-        return wrapped if wrapped < math.pi else np.asarray(-math.pi)
-    return np.where(wrapped < math.pi, wrapped, -math.pi)
+        return np.asarray(-math.pi) if wrapped >= math.pi else wrapped
+    return np.where(wrapped >= math.pi, -math.pi, wrapped)
 
 
 def columns(state: FloatArray) -> list[FloatArray]:

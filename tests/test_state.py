@@ -131,3 +131,9 @@ def test_a_role_that_refers_to_a_missing_amount_is_refused() -> None:
 def test_an_unknown_variable_is_named_with_those_that_exist() -> None:
     with pytest.raises(InputError, match="rover has no variable 'speed'; it has x, heading"):
         POSE.index("speed")
+
+
+def test_an_angle_that_is_no_number_stays_none():
+    assert math.isnan(wrap_angle(math.nan))
+    assert math.isnan(wrap_angle(np.array(math.nan)))
+    np.testing.assert_array_equal(wrap_angle([4.0, math.nan]), [wrap_angle(4.0), math.nan])

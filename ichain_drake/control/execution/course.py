@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -55,7 +55,7 @@ class Course:
         limit: FloatArray,
         motion: Motion | None = None,
         held: str | None = None,
-        left: Mapping[str, FloatArray] | None = None,
+        standing: Callable[[], Mapping[str, FloatArray]] = dict,
         news: int = 0,
     ) -> tuple[FloatArray, bool]:
         """The command of a tick: along a straight line where there is no `motion`.
@@ -66,7 +66,8 @@ class Course:
             goal: shape (n_root,).
             limit: largest change in a tick, shape (n_root,).
             motion: lays out the way.
-            held, left: see `Motion`.
+            held: see `Motion`.
+            standing: makes its `left`.
             news: how much is known of what is in the way; where it is more than it was, the way is laid out anew.
 
         Returns:
@@ -80,7 +81,7 @@ class Course:
         goal = space.clip(goal)
         if self.goal is None or not self.rows or news != self.news or self._moved(space, goal, limit):
             self.goal, self.news = goal, news
-            self.rows = list(motion.path(now, goal, held, left))
+            self.rows = list(motion.path(now, goal, held, standing()))
         self.rows[-1] = goal
         command = self.rows.pop(0)
         return np.array(command), not self.rows

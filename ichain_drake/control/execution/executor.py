@@ -173,11 +173,10 @@ class Executor:
             motion = Detour(space, self.model.step_limit[self._root], blocked)
         view = View(
             self._model(memory), self.skills, memory.readings, memory.command, self.settings.monitors,
-            self.settings.attempts, motion, memory.carried.left, memory.carried.following,
+            self.settings.attempts, motion, follows=memory.carried.following,
             news=0 if blocked is None else len(blocked.places),
         )  # fmt: skip
-        if self.motion is not None:
-            view.left = memory.carried.standing(view.model, view.averaged())
+        view.standing = lambda: memory.carried.standing(view.model, view.averaged())
         return view
 
     def _act(self, memory: Memory, task: Task, *, stopped: bool) -> Answer:

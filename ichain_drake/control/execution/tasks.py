@@ -5,8 +5,8 @@ Each task keeps its own memory and answers each tick with a robot command, with 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -64,7 +64,8 @@ class View:
         monitors: whether to watch.
         attempts: for a switching.
         motion: lays out ways of the robot; straight lines without.
-        left: robot state in which each object that stands around was, or would be, let go of, shape (n_root,).
+        standing: makes the robot states in which each object that stands around was, or would be, let go of, shape
+            (n_root,) each; asked when a way is laid out.
         follows: object that was seen to go along with the robot when that moved clearly last; empty if there is none.
         stopped: whether the robot was seen just now not to get on.
         news: how often it was, where it is; see `Course`.
@@ -77,7 +78,7 @@ class View:
     monitors: bool = True
     attempts: int = 4
     motion: Motion | None = None
-    left: Mapping[str, FloatArray] = field(default_factory=dict)
+    standing: Callable[[], Mapping[str, FloatArray]] = dict
     follows: str = ""
     stopped: bool = False
     news: int = 0
@@ -117,7 +118,7 @@ class View:
         """See `Course.towards`."""
         root = self.model.graph.root
         space, limit = self.model.graph.objects[root].observable, self.model.step_limit[root]
-        return course.towards(space, self.command, goal, limit, self.motion, held, self.left, self.news)
+        return course.towards(space, self.command, goal, limit, self.motion, held, self.standing, self.news)
 
 
 @dataclass(eq=False)

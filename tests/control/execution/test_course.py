@@ -50,7 +50,7 @@ class OverTheTop:
 def follow(motion: OverTheTop | None, goals: list[FloatArray]) -> list[FloatArray]:
     course, out = Course(), [START]
     for goal in goals:
-        command, there = course.towards(SPACE, out[-1], goal, LIMIT, motion, "load", {"box": START})
+        command, there = course.towards(SPACE, out[-1], goal, LIMIT, motion, "load", lambda: {"box": START})
         out.append(command)
         if there:
             break
