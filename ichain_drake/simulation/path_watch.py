@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ichain_drake.control.settings import TRACKING
 from ichain_drake.control.tracking.arrival import Arrival
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.state import FloatArray
 from ichain_drake.timing import TICK
-
-_SEARCH = 4.0 * TICK
-"""How far ahead along the path the nearest point is looked for, as a time at nominal speed [s]."""
-
-_LOST_TICKS = 12.0  # a run is given up this many ticks of nominal speed away from its path
 
 
 class PathWatch:
@@ -33,7 +29,7 @@ class PathWatch:
         self.progress = 0
         self.lost = False
         self.allowed = int(np.ceil((1.6 * path.time[-1] + 5.0) / TICK))
-        self._lost_at = _LOST_TICKS * path.limits.speed * TICK
+        self._lost_at = TRACKING.lost * path.limits.speed * TICK
 
     def see(self, position: FloatArray, passed: FloatArray, path: TimedPath, last: int) -> bool:
         """Take note of one tick.
@@ -47,7 +43,7 @@ class PathWatch:
         Returns:
             Whether the run is over.
         """
-        self.progress = path.advance(position, last, _SEARCH)
+        self.progress = path.advance(position, last, TRACKING.search * TICK)
         self.arrival.see(passed, path, self.progress)
         self.lost = bool(np.linalg.norm(path.points[self.progress] - position) > self._lost_at)
         return self.arrival.arrived or self.arrival.past or self.lost

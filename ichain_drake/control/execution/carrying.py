@@ -66,7 +66,7 @@ class CarryTask(Task):
         if size <= 1.0 and averaged:
             return DONE
         if self.ticks - self.since > PLANNING.retake:
-            if size <= 3.0 or not view.monitors:
+            if size <= LEARNING.clear or not view.monitors:
                 return DONE
             worst = int(index[np.argmax(np.abs(error) / tolerance)])
             return Failed(
