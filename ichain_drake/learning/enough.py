@@ -38,6 +38,6 @@ def thinning_told(given: Sequence[Demonstration], used: Sequence[Demonstration])
     if kept == rows:
         return []
     return [
-        f"{kept} of {rows} rows are learned from: stretches that show every switch, and evenly of the rest "
+        f"{kept} of {rows} rows are learned from: stretches that show every change of status, and evenly of the rest "
         f"(at most {LEARNING.most_learned}: learning.settings, most_learned)"
     ]

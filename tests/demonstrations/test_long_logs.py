@@ -58,7 +58,7 @@ def test_stretches_are_those_of_the_whole_log(tmp_path: Path) -> None:
     rows = sum(map(len, found))
     assert 0.9 * BOUND.rows < rows <= BOUND.rows
     assert said == [
-        f"{tmp_path}: {rows} of 43060 rows are read: stretches that show every switch, and evenly of the rest"
+        f"{tmp_path}: {rows} of 43060 rows are read: stretches that show every change of status, and evenly of the rest"
     ]
     assert {name.split(" ")[0] for name in (p.name for p in found)} >= {"a.parquet", "b.csv"}
     assert read_demonstrations(tmp_path, GRAPH, bound=BOUND)[0].name == found[0].name
