@@ -65,7 +65,8 @@ def read_enough(
     ranges = chosen_rows(outlines, rate * bound.rows)
     kept, rows = sum(b - a for part in ranges for a, b in part), sum(o.rows for o in outlines)
     if say is not None:
-        say(f"{folder}: {kept} of {rows} rows are read: stretches that show every change of status, and evenly of the rest")
+        how = "stretches that show every change of status, and evenly of the rest"
+        say(f"{folder}: {kept} of {rows} rows are read: {how}")
     return [piece for file, part in zip(files, ranges, strict=True) for piece in read_stretches(file, part)]
 
 
