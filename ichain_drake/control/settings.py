@@ -36,7 +36,7 @@ class PlanningSettings:
         probe: that a drive is tried for, and until statuses are asked anew; twice as many it may take at once.
         long: the same, to see how far it gets.
         window: over which a drive's rate is read.
-        retake: to let go of an object and take another, or press a button.
+        retake: to let go of an object and take another, or press a button; so long what does not get on is waited for.
         steps: of a drive, or of the search for a motion, at most.
     """
 

@@ -53,7 +53,7 @@ def follow_path_together(
         progress = path.advance_rows(position, progress, TRACKING.search * TICK)
         wanted = path.at_time(path.time[progress][:, None] + ahead)
         states = [world.states[o] if o in truth else world.measured(o) for o in controller.reads]
-        command, memory = policy.decide(states, wanted, memory)
+        command, memory, _ = policy.decide(states, wanted, memory)
         log.add(running, tick, world.tick(command), command)
         position = world.measured(commander.followed)[:, targets]
         on = np.ones(len(running), dtype=bool)

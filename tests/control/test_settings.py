@@ -36,7 +36,6 @@ STAYS = {
         "learning/alike.py": {"_COPIES"},
         "learning/frozen/kernel.py": {"_ROWS", "_TABLES", "_KEPT"},
         "learning/frozen/neighbours.py": {"_ROWS"},
-        "control/tracking/each_row.py": {"_TOGETHER"},
     },
     "mathematics": {
         "learning/noise.py": {"_ROUNDING", "HALF_NORMAL"},

@@ -81,7 +81,7 @@ class DriveTask(Task):
             recent = np.array(self.inactive[-EXECUTION.corrected :]).mean(axis=0)
             if len(self.inactive) >= EXECUTION.corrected and recent[0] >= LEARNING.kept:
                 return Failed(chain[0], "lost", f"{chain[0].name} became inactive while it drove {target}.{name}")
-            if 0 <= len(self.inactive) - PLANNING.probe <= 1 and (recent >= LEARNING.kept).any():
+            if len(self.inactive) in (PLANNING.probe, PLANNING.probe + 1) and (recent >= LEARNING.kept).any():
                 edge = chain[int(np.argmax(recent))]
                 if not self._moves(model, i, direction):
                     if self._further(view):

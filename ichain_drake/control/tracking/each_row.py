@@ -18,9 +18,6 @@ from ichain_drake.learning.chain.models import ForwardModel
 from ichain_drake.learning.frozen import FrozenModel
 from ichain_drake.state import FloatArray
 
-_TOGETHER = 256
-"""Rows that are decided at once: bounds the memory of a large batch."""
-
 
 @dataclass(frozen=True)
 class _AsTables:
@@ -59,39 +56,17 @@ class _AsRows:
         return np.array([self.model.value(row) for row in rows])
 
 
-@dataclass(frozen=True)
-class EachRow:
-    """Decides as `MoveTo` or a policy like it does, for every row to the bits of a row alone.
-
-    Attributes:
-        policy: decides.
-    """
-
-    policy: MoveTo
-
-    def decide(
-        self, states: Sequence[FloatArray], wanted: FloatArray, memory: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Hand commands, shape (n, n_hand), and the new memory; arguments as for `MoveTo.decide`."""
-        parts = []
-        for start in range(0, len(memory), _TOGETHER):
-            part = slice(start, start + _TOGETHER)
-            parts.append(self.policy.decide([s[part] for s in states], wanted[part], memory[part])[:2])
-        commands, memories = zip(*parts, strict=True)
-        return np.concatenate(commands), np.concatenate(memories)
-
-
-def each_row(policy: MoveTo) -> EachRow:
+def each_row(policy: MoveTo) -> MoveTo:
     """The policy for many runs at once.
 
     Args:
         policy: a `MoveTo` with levels of this package; or any that works row by row already.
     """
     if not isinstance(policy, MoveTo):
-        return EachRow(policy)
+        return policy
     command = policy.robot.command
     robot = policy.robot if command is None else replace(policy.robot, command=_AsRows(command))  # type: ignore[arg-type]
-    return EachRow(MoveTo([_level(level) for level in policy.levels], robot))
+    return MoveTo([_level(level) for level in policy.levels], robot)
 
 
 def _level(level: Level) -> Level:

@@ -54,7 +54,7 @@ def test_decisions_are_those_of_each_alone(name: str) -> None:
     memory = np.zeros((40, policy.memory_size))
     for _ in range(2):
         rows = [policy.decide([s[k : k + 1] for s in states], wanted[k : k + 1], memory[k : k + 1]) for k in range(40)]
-        command, memory = each_row(policy).decide(states, wanted, memory)
+        command, memory, _ = each_row(policy).decide(states, wanted, memory)
         np.testing.assert_array_equal(command, np.concatenate([row[0] for row in rows]))
         np.testing.assert_array_equal(memory, np.concatenate([row[1] for row in rows]))
     assert len(np.unique(command[:, 0])) > 10
