@@ -47,7 +47,7 @@ class LivePage:
         keys: Mapping[str, Sequence[Any]] | None = None,
     ) -> None:
         self._meshcat = meshcat
-        self._origin = meshcat.web_url().rstrip("/")
+        origin = meshcat.web_url().rstrip("/")
         config = {
             "title": title,
             "instructions": list(instructions),
@@ -55,12 +55,9 @@ class LivePage:
             "pads": any(len(line) > _PAD and line[_PAD] for line in instructions),
             "socket": meshcat.ws_url(),
         }
-        self._page = _page(_fetch(f"{self._origin}/")[0].decode(), meshcat.ws_url(), config)
-        self._status = b"{}"
-        self._asked = 0.0
-        self._server = PageServer(
-            {"/": self._shown, "/index.html": self._shown, "/ichain/status": self._told}, self._relayed
-        )
+        self._answers = _Answers(_page(_fetch(f"{origin}/")[0].decode(), meshcat.ws_url(), config), origin)
+        shown, told = self._answers.shown, self._answers.told
+        self._server = PageServer({"/": shown, "/index.html": shown, "/ichain/status": told}, self._answers.relayed)
 
     @property
     def address(self) -> str:
@@ -70,7 +67,7 @@ class LivePage:
     @property
     def watched(self) -> bool:
         """Whether a browser shows the page now: one that is closed, hidden or cut off does not."""
-        return time.monotonic() - self._asked < _SILENCE and self._meshcat.GetNumActiveConnections() > 0
+        return time.monotonic() - self._answers.asked < _SILENCE and self._meshcat.GetNumActiveConnections() > 0
 
     def show(self, state: str, text: str, values: Mapping[str, str] | None = None, alarm: str = "") -> None:
         """What the panel says from now on.
@@ -82,20 +79,29 @@ class LivePage:
             alarm: what needs attention; empty for nothing.
         """
         content = {"state": state, "text": text, "values": dict(values or {}), "alarm": alarm}
-        self._status = json.dumps(content).encode()
+        self._answers.status = json.dumps(content).encode()
 
     def close(self) -> None:
         """Stop serving."""
         self._server.close()
 
-    def _shown(self) -> Content:
+
+class _Answers:
+    """What the server hands out. Its threads hold this and no scene: only the main thread may end a Meshcat."""
+
+    def __init__(self, page: bytes, origin: str) -> None:
+        self._page, self._origin = page, origin
+        self.status = b"{}"
+        self.asked = 0.0  # when, by the monotonic clock
+
+    def shown(self) -> Content:
         return self._page, "text/html; charset=utf-8"
 
-    def _told(self) -> Content:
-        self._asked = time.monotonic()
-        return self._status, "application/json"
+    def told(self) -> Content:
+        self.asked = time.monotonic()
+        return self.status, "application/json"
 
-    def _relayed(self, path: str) -> Content | int:
+    def relayed(self, path: str) -> Content | int:
         """The viewer's script and the scene's meshes come from Meshcat's own server."""
         try:
             return _fetch(self._origin + path)

@@ -1,15 +1,19 @@
 """The server behind a live page: what it hands out, and what it says when it can't."""
 
+import gc
 import json
 import re
+import threading
 import urllib.error
 import urllib.request
+import weakref
 
 import pytest
 from patience import PATIENCE
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from ichain_drake.errors import IchainError
+from ichain_drake.visualization import live_page
 from ichain_drake.visualization.controls import Axis, Controls, PageButton, key_name
 from ichain_drake.visualization.live_page import LivePage, _page
 
@@ -54,6 +58,34 @@ def test_says_what_was_shown_last(page):
         "state": "recording", "text": "on", "values": {"piece": "a"}, "alarm": "late",
     }  # fmt: skip
     assert not page.watched  # asked, but no browser is connected to the scene
+
+
+def test_no_thread_of_the_server_is_the_last_to_hold_the_scene(monkeypatch):
+    """Meshcat ends the process if another thread than the main one deletes it."""
+    meshcat = Meshcat(MeshcatParams(host="127.0.0.1"))
+    page, held = LivePage(meshcat, "a title"), weakref.ref(meshcat)
+    address, asked, go_on = f"{page.address}slow.js", threading.Event(), threading.Event()
+
+    def slow(address):
+        asked.set()
+        assert go_on.wait(PATIENCE)
+        return b"late", "text/plain"
+
+    monkeypatch.setattr(live_page, "_fetch", slow)
+    replies = []
+    browser = threading.Thread(target=lambda: replies.append(fetch(address)))
+    browser.start()
+    assert asked.wait(PATIENCE)
+    page.close()
+    gc.disable()  # which may run in any thread
+    try:
+        del page, meshcat
+        assert held() is None
+    finally:
+        gc.enable()
+        go_on.set()
+        browser.join()
+    assert replies == ["late"]
 
 
 def test_another_form_of_meshcats_page_is_refused():
