@@ -15,7 +15,10 @@ from ichain_drake.errors import IchainError
 @options("physics", "seed")
 @click.option("--trials", type=int, help="number of seeds; 20 for paths, 5 for goals by default")
 @click.option(
-    "--methods", metavar="A,B", default="", help="only these (also method@samples, method/case; or labels,edges,cuts)"
+    "--methods",
+    metavar="A,B",
+    default="",
+    help="only these (also method@samples, method/case; or labels,edges,cuts; or calibration)",
 )
 @click.option("--fresh", is_flag=True, help="every trial has demonstrations of its own; paths: so by default")
 @click.option("--shared", is_flag=True, help="all trials share the demonstrations of one seed; goals: so by default")
@@ -43,8 +46,10 @@ def evaluate(
     """
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
+    from ichain_drake.cli.evaluate_calibration import evaluate_calibration_of
     from ichain_drake.cli.evaluate_discovery import evaluate_discovery_of
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
+    from ichain_drake.runs.calibration import CALIBRATION
     from ichain_drake.runs.clusters.workers import Workers
     from ichain_drake.runs.discovery import METHODS
     from ichain_drake.scenarios import PathScenario
@@ -56,6 +61,9 @@ def evaluate(
         if set(names) & set(METHODS):
             count = 5 if trials is None else trials
             evaluate_discovery_of(loaded, list(settings), count, names, workers, report, output, resume=resume)
+        elif CALIBRATION in names:
+            count = 5 if trials is None else trials
+            evaluate_calibration_of(loaded, list(settings), count, names, workers, report, output, resume=resume)
         elif isinstance(loaded, PathScenario):
             if shared and fresh:
                 raise IchainError(f"{scenario} follows paths: give one of --fresh and --shared")

@@ -19,6 +19,7 @@ from ichain_drake.learning.cycles import Ring, refuse_active, rings_of, sweeps_o
 from ichain_drake.learning.known import KnownParts
 from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.report import report
+from ichain_drake.learning.spreads import spread_of
 from ichain_drake.learning.status.events import Windows
 from ichain_drake.learning.tick import LearnedInteraction, advance, effects_of
 from ichain_drake.state import BoolArray, FloatArray
@@ -273,15 +274,8 @@ class InteractionModel:
 
     def spread(self, child: str, active: Sequence[Interaction]) -> FloatArray:
         """Standard deviation of a one-tick prediction while some edges are active, shape (n_variables,)."""
-        variance = np.array([v.std**2 for v in self.passive[child].variables])
-        for e in active:
-            for effect in self._edge(e).effects:
-                if e.child == child:
-                    variance[effect.variable] = max(variance[effect.variable], effect.regression.std**2)
-        for i, v in enumerate(self.passive[child].variables):
-            if v.kind == "change":
-                variance[i] = variance[v.amount] + self.noise[child][i] ** 2
-        return np.sqrt(variance)
+        acting = {e: self._edge(e) for e in active if e.child == child}
+        return spread_of(self.passive[child], acting, self.noise[child])[0]
 
     def customary(self, edge: Interaction) -> tuple[str, ...]:
         """What always held while an interaction was active, in words, without being known to matter; see `Customary`.

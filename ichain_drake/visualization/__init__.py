@@ -1,5 +1,6 @@
 """Looking at runs: recordings, playback in the browser, pictures. Reads logs only; nothing here is simulated."""
 
+from ichain_drake.visualization.calibration_plots import plot_coverage, plot_reliability
 from ichain_drake.visualization.controls import Axis, Controls, PageButton
 from ichain_drake.visualization.game_screen import GameScreen
 from ichain_drake.visualization.hand_drawing import HandDrawing
@@ -29,8 +30,10 @@ __all__ = [
     "Strip",
     "linear_rgb",
     "load_recording",
+    "plot_coverage",
     "plot_learning_curve",
     "plot_paths",
+    "plot_reliability",
     "plot_success_curve",
     "plot_timeline",
     "save_recording",
