@@ -8,6 +8,8 @@ not: a whole piece is left out at a time, and a gain counts by pieces (see `sele
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -70,10 +72,10 @@ class InputChoice:
             while found := self._further(
                 chosen, [c for c in candidates if c.caused == caused and c not in chosen], by_role=by_role
             ):
-                chosen.append(found)
+                chosen += found
         for item in list(chosen):
             fewer = [c for c in chosen if c is not item]
-            if fewer and not self._clearly(self._gains(fewer, item), len(candidates)):
+            if fewer and not self._clearly(self._gains(fewer, (item,)), len(candidates)):
                 chosen = fewer
         return chosen
 
@@ -85,21 +87,46 @@ class InputChoice:
             candidates: all of them.
         """
         free = [c for c in candidates if c not in chosen and not c.caused]
-        gains = [float(self._gains(chosen, c).sum()) for c in free]
+        gains = [float(self._gains(chosen, (c,)).sum()) for c in free]
         order = np.argsort(-np.array(gains), kind="stable")
         return [free[k] for k in order if gains[k] > np.log(len(candidates))]
 
     def tells(self, candidate: Candidate) -> bool:
         """Whether an input by itself clearly tells some rows in which the interaction is inactive."""
-        return clearly(self._gains([], candidate))
+        return clearly(self._gains([], (candidate,)))
 
     def _clearly(self, gains: FloatArray, tried: int) -> bool:
         """Whether an input that is one of several clearly adds something: more than one wrong flag would make up."""
-        return clearly(gains, tried) and float(gains.sum()) > -np.log(self.slip)
+        return clearly(gains, tried) and self._pays(float(gains.sum()))
 
-    def _further(self, chosen: Sequence[Candidate], free: Sequence[Candidate], *, by_role: bool) -> Candidate | None:
-        """The next input, if one clearly adds something."""
-        bounds = [self._gains(chosen, c, seen=True).sum() for c in free]
+    def _pays(self, gain: float) -> bool:
+        """Whether a gain is more than one wrong flag would make up."""
+        return gain > -np.log(self.slip)
+
+    def _further(self, chosen: Sequence[Candidate], free: Sequence[Candidate], *, by_role: bool) -> list[Candidate]:
+        """The next input, if one clearly adds something; two, if only both together do; else none.
+
+        Of two conditions that only differ where both do, each alone may leave a piece unlike all others. That what is
+        seen tells more than what is left out shows it.
+        """
+        bounds = [float(self._gains(chosen, (c,), seen=True).sum()) for c in free]
+        one = self._best(chosen, [(c,) for c in free], bounds, len(free), by_role=by_role)
+        if one or any(c.caused for c in free):
+            return one
+        pairs = list(itertools.combinations([c for c, b in zip(free, bounds, strict=True) if self._pays(b)], 2))
+        bounds = [float(self._gains(chosen, pair, seen=True).sum()) for pair in pairs]
+        return self._best(chosen, pairs, bounds, math.comb(len(free), 2), by_role=by_role)
+
+    def _best(
+        self,
+        chosen: Sequence[Candidate],
+        free: Sequence[tuple[Candidate, ...]],
+        bounds: Sequence[float],
+        tried: int,
+        *,
+        by_role: bool,
+    ) -> list[Candidate]:
+        """Of inputs that clearly add something, the ones that add most or are the likeliest by their roles; or none."""
         gains: dict[int, FloatArray] = {}
         best = 0.0
         # What a fit adds on the rows that it has seen bounds what it adds on others.
@@ -107,20 +134,20 @@ class InputChoice:
             if bounds[k] <= best:
                 break
             found = self._gains(chosen, free[k])
-            if self._clearly(found, len(free)):
+            if self._clearly(found, tried):
                 gains[int(k)] = found
                 best = max(best, float(found.sum()))
         if not gains:
-            return None
+            return []
         top = max(gains, key=lambda k: gains[k].sum())
         if not by_role:
-            return free[top]
-        return free[next(k for k in sorted(gains) if k == top or not clearly(gains[top] - gains[k]))]
+            return list(free[top])
+        return list(free[next(k for k in sorted(gains) if k == top or not clearly(gains[top] - gains[k]))])
 
-    def _gains(self, chosen: Sequence[Candidate], further: Candidate, *, seen: bool = False) -> FloatArray:
-        """What a further input adds to the log-likelihood of each piece, shape (n_pieces,), left out or seen."""
-        rows = np.flatnonzero(self.begins) if further.caused else np.arange(len(self.truth))
-        gain = self._likelihood([*chosen, further], rows, seen=seen) - self._likelihood(chosen, rows, seen=seen)
+    def _gains(self, chosen: Sequence[Candidate], further: Sequence[Candidate], *, seen: bool = False) -> FloatArray:
+        """What further inputs add to the log-likelihood of each piece, shape (n_pieces,), left out or seen."""
+        rows = np.flatnonzero(self.begins) if further[0].caused else np.arange(len(self.truth))
+        gain = self._likelihood([*chosen, *further], rows, seen=seen) - self._likelihood(chosen, rows, seen=seen)
         return by_part(gain, self.piece[rows])
 
     def left_out(self, chosen: Sequence[Candidate]) -> FloatArray:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.learning.selection import by_part
+from ichain_drake.learning.selection import by_part, clearly
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.choice import Candidate, InputChoice
 from ichain_drake.learning.status.inputs import PlaceInput, RelativeInput, objects_of
@@ -21,7 +21,8 @@ def relative_if_as_good(
 
     What is beside the other wherever that is can't be told from what is at a place while the other stays there: the
     roles say which of the two holds elsewhere. Beside a relative place of what doesn't move along, a place of an end
-    would say once more, along other axes, what was shown while the other stood: it is left out.
+    would say once more, along other axes, what was shown while the other stood: it is left out, unless it clearly tells
+    more.
 
     Args:
         choice: of the inputs.
@@ -36,15 +37,16 @@ def relative_if_as_good(
         if not isinstance(relative.item, RelativeInput):
             continue
         ends = objects_of(relative.item)
-        for k, c in enumerate(out):
-            if relative in out or not _is_place(c, ends):
-                continue
-            other = [*out[:k], relative, *out[k + 1 :]]
+        others = [[*out[:k], relative, *out[k + 1 :]] for k, c in enumerate(out) if _is_place(c, ends)]
+        if others and relative not in out:
+            other = max(others, key=lambda inputs: float(choice.left_out(inputs).sum()))  # in place of either end's
             gains = by_part(choice.left_out(out) - choice.left_out(other), choice.piece)
             out = out if gains.sum() > LEARNING.sure * np.sqrt(np.sum(gains**2)) else other
         if relative in out and not relative.item.alignment.rows and any(_is_place(c, ends) for c in out):
             fewer = [c for c in candidates if not _is_place(c, ends)]
-            return choice.choose(fewer), fewer
+            found = choice.choose(fewer)
+            if not clearly(by_part(choice.left_out(out) - choice.left_out(found), choice.piece)):
+                return found, fewer
     return out, list(candidates)
 
 

@@ -92,7 +92,7 @@ def test_what_one_wrong_flag_would_make_up_chooses_no_input(
     choice = InputChoice(truth, rows // 50, rows % 5, ~truth)
     monkeypatch.setattr(choice, "_gains", lambda *_, **__: np.array(gains))
     one = Candidate(SimpleNamespace(), np.zeros((100, 1)), np.ones(1))  # type: ignore[arg-type]
-    assert (choice._further([], [one], by_role=True) is one) is chosen
+    assert choice._further([], [one], by_role=True) == ([one] if chosen else [])
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
@@ -105,3 +105,20 @@ def test_of_two_that_tell_about_the_same_the_one_that_is_listed_first_is_taken(o
     candidates = [Candidate(ValueInput("thing", i, str(i)), readings[i], np.full(1, NOISE)) for i in order]
     choice = InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool))
     assert [c.item.label for c in choice.choose(candidates)] == [str(order[0])]
+
+
+@pytest.mark.parametrize("hopeful", [True, False])
+def test_two_that_only_add_something_together_are_taken_if_what_is_seen_promises_it(
+    *, hopeful: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With one of two conditions alone, the piece about the other is unlike all others when it is left out."""
+    truth, rows = np.arange(100) >= 50, np.arange(100)
+    choice = InputChoice(truth, rows // 50, rows % 5, ~truth)
+
+    def gains(chosen: list[Candidate], further: tuple[Candidate, ...], *, seen: bool = False) -> np.ndarray:
+        told = len(further) == 2 or (seen and hopeful)
+        return np.array([7.0, 6.0]) if told else np.array([1.0, -20.0])
+
+    monkeypatch.setattr(choice, "_gains", gains)
+    two = [Candidate(SimpleNamespace(), np.zeros((100, 1)), np.ones(1)) for _ in range(2)]  # type: ignore[arg-type]
+    assert choice._further([], two, by_role=True) == (two if hopeful else [])

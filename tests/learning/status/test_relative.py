@@ -1,12 +1,18 @@
 """What is beside something that always stood in one place: the roles say that it is beside it elsewhere, too."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pandas as pd
+import pytest
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import learn_interactions
-from ichain_drake.learning.status.relative import rested
+from ichain_drake.learning.status.choice import Candidate
+from ichain_drake.learning.status.inputs import PlaceInput, RelativeInput
+from ichain_drake.learning.status.relative import relative_if_as_good, rested
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -61,3 +67,56 @@ def test_what_stands_is_read_with_less_noise_and_what_moves_as_it_is() -> None:
     out = rested(values, np.zeros(80, dtype=np.intp), np.array([NOISE]))
     assert out[:35].std() < 0.5 * NOISE
     np.testing.assert_array_equal(out[46:], values[46:])
+
+
+class Told:
+    """Inputs that are chosen, and what they tell of two pieces, by the names of the inputs [nat]."""
+
+    piece = np.array([0, 1])
+
+    def __init__(self, told: dict[str, float], chosen: list[Candidate]) -> None:
+        self.told, self.chosen = told, chosen
+
+    def left_out(self, inputs: list[Candidate]) -> np.ndarray:
+        return np.full(2, self.told["".join(sorted(str(c.values) for c in inputs))])
+
+    def choose(self, candidates: list[Candidate]) -> list[Candidate]:
+        return [c for c in self.chosen if c in candidates]
+
+
+def _three(monkeypatch: pytest.MonkeyPatch) -> dict[str, Candidate]:
+    """The place of an oven's button, that of the food, and where the food is relative to the button."""
+    monkeypatch.setattr("ichain_drake.learning.status.relative.objects_of", lambda item: item.objects)
+
+    def made(kind: type, name: str, *objects: str) -> Candidate:
+        item: Any = kind.__new__(kind)
+        for key, value in {"objects": objects, "obj": objects[0], "alignment": SimpleNamespace(rows=())}.items():
+            object.__setattr__(item, key, value)
+        return Candidate(item, name, np.ones(1))  # type: ignore[arg-type]
+
+    return {
+        "b": made(PlaceInput, "b", "button"),
+        "f": made(PlaceInput, "f", "food"),
+        "r": made(RelativeInput, "r", "button", "food"),
+    }
+
+
+def test_the_relative_place_takes_that_of_the_end_that_it_tells_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    three = _three(monkeypatch)
+    told = {"bf": -1.0, "br": -2.0, "fr": -50.0, "r": -60.0}
+    out, left = relative_if_as_good(Told(told, [three["r"]]), [three["b"], three["f"]], list(three.values()))  # type: ignore[arg-type]
+    assert out == [three["b"], three["r"]], "as the button is pushed, it is no matter where the food is beside it"
+    assert left == list(three.values())
+
+
+@pytest.mark.parametrize(("without", "kept"), [(-9.0, True), (-1.5, False)])
+def test_a_place_beside_a_relative_one_is_left_out_unless_it_clearly_tells_more(
+    without: float, *, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    three = _three(monkeypatch)
+    # One part alone tells more where nothing is lost: never clear.
+    choice = Told({"br": -1.0, "r": without}, [three["r"]])
+    if not kept:
+        monkeypatch.setattr(choice, "left_out", lambda inputs: np.array([0.0, -1.0 if len(inputs) > 1 else without]))
+    out, left = relative_if_as_good(choice, [three["r"], three["b"]], list(three.values()))  # type: ignore[arg-type]
+    assert (out, left) == (([three["r"], three["b"]], list(three.values())) if kept else ([three["r"]], [three["r"]]))
