@@ -131,7 +131,7 @@ def test_bad_arguments_are_refused(model: InteractionModel, states: dict[str, Fl
         model.decide(Interaction("a", "b"), one)
 
 
-def test_a_spread_is_the_largest_of_what_acts_and_a_changes_that_of_its_amount_and_a_reading() -> None:
+def test_a_spread_is_the_largest_of_what_acts_and_a_changes_that_of_its_amount_and_one_reading() -> None:
     fills, cools = (
         SimpleNamespace(effects=[SimpleNamespace(variable=i, regression=SimpleNamespace(std=std))])
         for i, std in ((0, 0.5), (2, 0.01))
@@ -141,6 +141,7 @@ def test_a_spread_is_the_largest_of_what_acts_and_a_changes_that_of_its_amount_a
     edges = {Interaction("tap", "cup"): fills, Interaction("fan", "cup"): cools, Interaction("fan", "lid"): fills}
     cup = SimpleNamespace(passive={"cup": passive}, noise={"cup": np.array([0.1, 0.4, 0.2])}, _edge=edges.__getitem__)
     spread = partial(InteractionModel.spread, cup, "cup")
-    np.testing.assert_allclose(spread([]), [0.3, 0.5, 0.1])
-    np.testing.assert_allclose(spread(list(edges)), [0.5, np.hypot(0.5, 0.4), 0.1])
-    np.testing.assert_allclose(spread([Interaction("fan", "lid")]), [0.3, 0.5, 0.1])
+    # Both readings of the amount, with a noise of 0.1, are in its residual, and neither in that of its change.
+    np.testing.assert_allclose(spread([]), [0.3, np.sqrt(0.3**2 - 2 * 0.1**2 + 0.4**2), 0.1])
+    np.testing.assert_allclose(spread(list(edges)), [0.5, np.sqrt(0.5**2 - 2 * 0.1**2 + 0.4**2), 0.1])
+    np.testing.assert_allclose(spread([Interaction("fan", "lid")]), spread([]))
