@@ -29,11 +29,13 @@ def pick(values: Any, source: Source, names: Sequence[str], where: str) -> Float
         where: what to call the log in errors.
 
     Raises:
-        InputError: if there is no such place, or the source is a vector and none is said.
+        InputError: if there is nothing, no such place, or the source is a vector and none is said.
     """
     array = np.asarray(values)
     if array.dtype.kind not in "fiub":
         raise InputError(f"{where}: {printable(source.name)} holds no numbers; map another source")
+    if not array.size:
+        raise InputError(f"{where}: {printable(source.name)} has no rows, or nothing in them")
     flat = array.reshape(len(array), -1)
     if not source.place:
         if flat.shape[1] != 1:
