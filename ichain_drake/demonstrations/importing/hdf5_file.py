@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ichain_drake.demonstrations.importing.extra import require
-from ichain_drake.demonstrations.importing.log_map import Source
 from ichain_drake.demonstrations.importing.pieces import MOST_CELLS, few, pick
+from ichain_drake.demonstrations.importing.sources import Source
 from ichain_drake.errors import InputError
 from ichain_drake.files import is_file, printable
 from ichain_drake.state import FloatArray

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from ichain_drake.demonstrations.importing.hdf5_file import groups_of, numbers, opened_hdf5
-from ichain_drake.demonstrations.importing.log_map import LogMap, Source
-from ichain_drake.demonstrations.importing.pieces import check_size, few, piece_of
+from ichain_drake.demonstrations.importing.log_map import LogMap
+from ichain_drake.demonstrations.importing.pieces import check_size, columns_of, few, piece_of
+from ichain_drake.demonstrations.importing.sources import Source
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.files import is_file, is_folder, printable
@@ -49,7 +50,7 @@ def read_minari(source: Path, mapping: LogMap) -> list[Demonstration]:
             rows += count
             check_size(rows, mapping, str(file))
             times = np.arange(count) / rate if rate else values[mapping.time]  # type: ignore[index]
-            pieces.append(piece_of(name, times, values, mapping))
+            pieces.append(piece_of(name, times, columns_of(values, mapping, where), mapping))
     if not pieces:
         raise InputError(f"{file}: it holds no episode")
     return pieces

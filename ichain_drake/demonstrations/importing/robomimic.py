@@ -11,7 +11,7 @@ import numpy as np
 
 from ichain_drake.demonstrations.importing.hdf5_file import group_in, groups_of, numbers, opened_hdf5
 from ichain_drake.demonstrations.importing.log_map import LogMap
-from ichain_drake.demonstrations.importing.pieces import check_size, few, piece_of
+from ichain_drake.demonstrations.importing.pieces import check_size, columns_of, few, piece_of
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.files import printable
@@ -45,7 +45,7 @@ def read_robomimic(file: Path, mapping: LogMap) -> list[Demonstration]:
             rows += max(lengths)
             check_size(rows, mapping, str(file))
             times = np.arange(max(lengths)) / rate if rate else values[mapping.time]  # type: ignore[index]
-            pieces.append(piece_of(name, times, values, mapping))
+            pieces.append(piece_of(name, times, columns_of(values, mapping, where), mapping))
     if not pieces:
         raise InputError(f"{file}: its group data holds no demonstration")
     return pieces

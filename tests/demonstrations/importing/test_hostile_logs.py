@@ -23,6 +23,7 @@ TOPICS = parse_map({"columns": {"/arm:x": "arm.x", "/kart:list[0]": "kart.place"
 STATE = parse_map({"columns": {"observation.state[y]": "cup.y [mm]", "done": "cup.full"}}, "map")
 CUP = parse_map({"columns": {"/cup:point.x": "cup.x [m]", "/level:data": "cup.level"}}, "map")
 MAP = {"columns": {"obs/x[0]": "arm.x [mm]", "/kart:list[0]": "kart.place"}, "rate": 3, "time": "header.stamp"}
+MAP["rotations"] = [{"xyzw": ["a[0]", "a[1]", "a[2]", "a[3]"], "roll": "arm.roll [rad]", "yaw": "arm.yaw [deg]"}]
 
 
 def hdf5(rng: random.Random, place: Path) -> None:
@@ -71,7 +72,7 @@ def bags(rng: random.Random, place: Path) -> None:
 
 def maps(rng: random.Random, place: Path) -> None:
     tree = json.loads(json.dumps(MAP))
-    altered(rng, tree, "columns", "arm.x", "a[0]", "[", "x [mm]", "rate")
+    altered(rng, tree, "columns", "rotations", "wxyz", "arm.x", "a[0]", "[", "x [mm]", "rate")
     data = damaged(rng, json.dumps(tree).encode()) if rng.random() < 0.5 else json.dumps(tree).encode()
     tried(lambda: parse_map(read_yaml(data.decode(errors="replace"), "map"), "map"))
 
