@@ -57,7 +57,7 @@ def write_rerun(
 
     Args:
         recording: what happened.
-        drawings, plant, camera, gap: as of `write_playback`; rerun has a camera of its own.
+        drawings, plant, camera, gap: as of `write_playback`.
         file: where to, ending in `.rrd`.
         signals: of each episode further signals, shape (n,) each, such as what was measured and commanded.
         units: of signals, where they have one.
@@ -70,12 +70,13 @@ def write_rerun(
         raise InputError(f"{file}: a recording for rerun ends in .rrd")
     noted = Noted()
     scene = Scene(noted)  # type: ignore[arg-type]
-    draw_floor(scene, camera if camera is not None else Camera())
+    camera = camera if camera is not None else Camera()
+    draw_floor(scene, camera)
     draw_recording(scene, recording, drawings, plant, gap)
     stream = rr.RecordingStream("ichain_drake")
     content = stream.binary_stream()
     stream.send_recording_name(f"{recording.scenario}, {recording.physics}, seed {recording.seed}")
-    stream.send_blueprint(_views(recording))
+    stream.send_blueprint(_views(recording, camera))
     true_units = {("true", o, v.name): v.unit for o, space in recording.spaces.items() for v in space.variables}
     named: set[str] = set()
     for episode, start, further in zip(recording.episodes, recording.starts(gap), signals, strict=True):
@@ -115,14 +116,15 @@ def _texts(episode: RecordedEpisode) -> dict[str, list[str]]:
     return {"episode": [episode.name] * len(episode.times), **said}
 
 
-def _views(recording: Recording) -> Any:
+def _views(recording: Recording, camera: Camera) -> Any:
     """What the viewer shows at first: the scene, and what was measured of each object."""
     views = importlib.import_module("rerun.blueprint")
     curves = [views.TimeSeriesView(origin=f"/measured/{name}", name=name) for name in recording.spaces]
+    eye = views.EyeControls3D(position=camera.position, look_target=camera.target)
     flags = views.TimeSeriesView(origin="/active", name="active")
     return views.Blueprint(
         views.Horizontal(
-            views.Spatial3DView(origin=f"/{ROOT}", name="scene"),
+            views.Spatial3DView(origin=f"/{ROOT}", name="scene", eye_controls=eye),
             views.Vertical(views.Tabs(*curves), flags, views.TextLogView(origin="/log", name="log")),
         )
     )

@@ -39,18 +39,15 @@ def send_scene(rr: Any, stream: Any, noted: Noted, scene: Scene) -> None:
     stream.log(ROOT, rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     tracks = {path.removeprefix("/drake/"): {t.kind: t for t in items} for path, items in scene.tracks.items()}
     inside = {path.removesuffix(f"/{_INSIDE}"): found for path, found in tracks.items() if path.endswith(_INSIDE)}
-    for path, pose in noted.places.items():
-        if POSITION not in tracks.get(path, {}):
-            _send_still(rr, stream, _entity(rr, path), pose)
+    for path in dict.fromkeys([*noted.places, *(p for p in tracks if not p.endswith(_INSIDE))]):
+        pose = noted.places.get(path, RigidTransform())
+        _send_pose(rr, stream, _entity(rr, path), pose, tracks.get(path, {}))
     for path, (shape, rgba) in noted.shapes.items():
         colored = [inside[path][kind] for kind in COLOR] if COLOR[0] in inside.get(path, {}) else []
         _send_shape(rr, stream, _entity(rr, path), shape, rgba, colored)
     for path, line in noted.ribbons.items():
         if DRAWN not in inside.get(path, {}):
             _send_line(rr, stream, _entity(rr, path), line)
-    for path, found in tracks.items():
-        if not path.endswith(_INSIDE):
-            _send_moves(rr, stream, _entity(rr, path), found)
 
 
 def at(rr: Any, seconds: FloatArray) -> list[Any]:
@@ -62,27 +59,30 @@ def _entity(rr: Any, path: str) -> str:
     return str(rr.new_entity_path([ROOT, *path.split("/")]))
 
 
-def _send_still(rr: Any, stream: Any, entity: str, pose: RigidTransform) -> None:
-    turn = pose.rotation().ToQuaternion()
-    # From fields: a whole transform would have a scale for good, too.
-    still = rr.Transform3D.from_fields(
-        translation=pose.translation(), quaternion=[turn.x(), turn.y(), turn.z(), turn.w()]
+def _send_pose(rr: Any, stream: Any, entity: str, pose: RigidTransform, tracks: dict[Any, Track]) -> None:
+    """Where something is, and its scale, by which what is hidden vanishes.
+
+    All in each row: of a transform, the viewer takes the last row alone.
+    """
+    known = {kind: tracks[kind] for kind in (POSITION, ROTATION, SCALE, VISIBLE) if kind in tracks}
+    if not known:
+        stream.log(entity, rr.Transform3D(translation=pose.translation(), quaternion=_xyzw(pose)), static=True)
+        return
+    frames, values = together(list(known.values()))
+    widths = np.cumsum([0, *(kind.size for kind in known)])
+    found = {kind: values[:, a:b] for kind, a, b in zip(known, widths[:-1], widths[1:], strict=True)}
+    count = (len(frames), 1)
+    scale = found.get(SCALE, np.ones((len(frames), 3)))
+    columns = rr.Transform3D.columns(
+        translation=found.get(POSITION, np.tile(pose.translation(), count)),
+        quaternion=found.get(ROTATION, np.tile(_xyzw(pose), count)),
+        scale=np.where(found[VISIBLE] > 0, scale, _NOWHERE) if VISIBLE in found else scale,
     )
-    stream.log(entity, still, static=True)
+    _send(rr, stream, entity, frames, columns)
 
 
-def _send_moves(rr: Any, stream: Any, entity: str, tracks: dict[Any, Track]) -> None:
-    """Poses, and scale, by which what is hidden vanishes."""
-    for kind, name in ((POSITION, "translation"), (ROTATION, "quaternion")):
-        if kind in tracks:
-            frames, values = together([tracks[kind]])
-            _send(rr, stream, entity, frames, rr.Transform3D.columns(**{name: values}))
-    if SCALE in tracks or VISIBLE in tracks:
-        frames, values = together([tracks[kind] for kind in (SCALE, VISIBLE) if kind in tracks])
-        scale = values[:, :3] if SCALE in tracks else np.ones((len(frames), 3))
-        if VISIBLE in tracks:
-            scale = np.where(values[:, -1:] > 0, scale, _NOWHERE)
-        _send(rr, stream, entity, frames, rr.Transform3D.columns(scale=scale))
+def _xyzw(pose: RigidTransform) -> FloatArray:
+    return np.roll(pose.rotation().ToQuaternion().wxyz(), -1)
 
 
 def _send(rr: Any, stream: Any, entity: str, frames: NDArray[np.int64], columns: Any) -> None:
@@ -130,11 +130,10 @@ def _send_mesh(rr: Any, stream: Any, entity: str, mesh: Mesh) -> None:
     content = source.path().read_bytes() if source.is_path() else source.in_memory().mesh_file.contents()
     entity = f"{entity}/mesh"
     stream.log(entity, rr.Asset3D(contents=content, media_type=media), static=True)
-    scale = mesh.scale3()
-    if "gltf" in media:
-        _send_still(rr, stream, entity, RigidTransform(_UPRIGHT, [0.0, 0.0, 0.0]))
-        scale = scale[[0, 2, 1]]
-    stream.log(entity, rr.Transform3D.from_fields(scale=scale), static=True)
+    upright = "gltf" in media
+    pose = RigidTransform(_UPRIGHT if upright else RotationMatrix(), [0.0, 0.0, 0.0])
+    scale = mesh.scale3()[[0, 2, 1]] if upright else mesh.scale3()
+    stream.log(entity, rr.Transform3D(quaternion=_xyzw(pose), scale=scale), static=True)
 
 
 def _send_line(rr: Any, stream: Any, entity: str, line: Ribbon) -> None:

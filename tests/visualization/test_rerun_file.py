@@ -102,6 +102,20 @@ def test_level_light_and_colour_change(recording, found):
     assert half == pytest.approx([0.05, 0.05, 0.1])
 
 
+def test_of_what_moves_each_row_is_whole(found):
+    """The viewer takes the last row of a transform alone: what is not in it counts as not given."""
+    moving = [
+        entity for entity, name in found if name == "Transform3D:translation" and found[entity, name][0] is not None
+    ]
+    assert len(moving) > 5
+    for entity in moving:
+        whole = [found[entity, f"Transform3D:{name}"] for name in ("translation", "quaternion", "scale")]
+        assert all(row for _, rows in whole for row in rows), entity
+        assert all(np.array_equal(times, whole[0][0]) for times, _ in whole), entity
+    light = found["/scene/lamp/light", "Transform3D:translation"][1]
+    assert light == [[pytest.approx([0.3, 0, 0.1])]] * len(light)  # where it was put once
+
+
 def test_commanded_paths_are_drawn_and_growing_ones_left_out(found):
     entities = {entity for entity, _ in found}
     assert "/scene/car/screen/episode0/commanded" in entities
