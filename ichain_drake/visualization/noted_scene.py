@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 from pydrake.geometry import Rgba, Shape
 from pydrake.math import RigidTransform
 
+from ichain_drake.visualization.scene import Scene
 from ichain_drake.visualization.tracks import Track
 
 FloatArray = NDArray[np.float64]
@@ -32,6 +35,20 @@ class Ribbon:
     rgb: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
 
 
+@dataclass(frozen=True)
+class Picture:
+    """A flat picture in the x-y plane, in the middle of its frame, upright when y is up.
+
+    Attributes:
+        pixels: RGBA, shape (height, width, 4).
+        width, height: of the picture in the scene [m].
+    """
+
+    pixels: NDArray[np.uint8]
+    width: float
+    height: float
+
+
 @dataclass
 class Noted:
     """Takes the calls that a `Scene` makes to its Meshcat, and shows nothing.
@@ -39,11 +56,13 @@ class Noted:
     Attributes:
         shapes: with their colours, by path.
         ribbons: by path.
+        pictures: by path.
         places: poses in the parent's frame, by path; of what moves, the first.
     """
 
     shapes: dict[str, tuple[Shape, Rgba]] = field(default_factory=dict)
     ribbons: dict[str, Ribbon] = field(default_factory=dict)
+    pictures: dict[str, Picture] = field(default_factory=dict)
     places: dict[str, RigidTransform] = field(default_factory=dict)
 
     def SetObject(self, path: str, shape: Shape, rgba: Rgba) -> None:  # noqa: N802 - as of a Meshcat
@@ -63,6 +82,18 @@ class Noted:
         line = self.ribbons.get(path.removesuffix("/<object>"))
         if line is not None and name.startswith("material.emissive[") and isinstance(value, float):
             line.rgb["rgb".index(name[-2])] = value
+
+
+class NotedScene(Scene):
+    """A scene that is noted; pictures as they are, not as meshes of Meshcat's."""
+
+    def image(
+        self, path: str, picture: Image.Image | bytes, width: float, height: float, pose: RigidTransform | None = None
+    ) -> None:
+        """Put a flat picture at a path; see `Scene.image`."""
+        shown = Image.open(io.BytesIO(picture)) if isinstance(picture, bytes) else picture
+        self.meshcat.pictures[self._root + path] = Picture(np.asarray(shown.convert("RGBA")), width, height)
+        self.place(path, pose if pose is not None else RigidTransform())
 
 
 def together(tracks: Sequence[Track]) -> tuple[NDArray[np.int64], FloatArray]:

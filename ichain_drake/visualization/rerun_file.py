@@ -13,11 +13,11 @@ from pydrake.systems.framework import Diagram
 
 from ichain_drake.errors import InputError
 from ichain_drake.files import write_whole
-from ichain_drake.visualization.noted_scene import Noted
+from ichain_drake.visualization.noted_scene import Noted, NotedScene
 from ichain_drake.visualization.playback import Camera, draw_floor, draw_recording
 from ichain_drake.visualization.recording import RATE, RecordedEpisode, Recording
 from ichain_drake.visualization.rerun_scene import ROOT, at, send_scene
-from ichain_drake.visualization.scene import Drawing, Scene
+from ichain_drake.visualization.scene import Drawing
 
 FloatArray = NDArray[np.float64]
 Signal = tuple[str, ...]
@@ -69,7 +69,7 @@ def write_rerun(
     if file.suffix != ".rrd":
         raise InputError(f"{file}: a recording for rerun ends in .rrd")
     noted = Noted()
-    scene = Scene(noted)  # type: ignore[arg-type]
+    scene = NotedScene(noted)  # type: ignore[arg-type]
     camera = camera if camera is not None else Camera()
     draw_floor(scene, camera)
     draw_recording(scene, recording, drawings, plant, gap)

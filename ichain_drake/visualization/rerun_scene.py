@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Mesh, Rgba, Shape, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
-from ichain_drake.visualization.noted_scene import Noted, Ribbon, together
+from ichain_drake.visualization.noted_scene import Noted, Picture, Ribbon, together
 from ichain_drake.visualization.recording import RATE
 from ichain_drake.visualization.scene import COLOR, DRAWN, POSITION, ROTATION, SCALE, VISIBLE, Scene, srgb
 from ichain_drake.visualization.tracks import Track
@@ -45,6 +45,8 @@ def send_scene(rr: Any, stream: Any, noted: Noted, scene: Scene) -> None:
     for path, (shape, rgba) in noted.shapes.items():
         colored = [inside[path][kind] for kind in COLOR] if COLOR[0] in inside.get(path, {}) else []
         _send_shape(rr, stream, _entity(rr, path), shape, rgba, colored)
+    for path, picture in noted.pictures.items():
+        _send_picture(rr, stream, _entity(rr, path), picture)
     for path, line in noted.ribbons.items():
         if DRAWN not in inside.get(path, {}):
             _send_line(rr, stream, _entity(rr, path), line)
@@ -122,7 +124,7 @@ def _form(rr: Any, shape: Shape) -> tuple[Any, dict[str, Any]]:
 
 
 def _send_mesh(rr: Any, stream: Any, entity: str, mesh: Mesh) -> None:
-    """A mesh or a picture as its file is; of kinds that rerun doesn't read, nothing."""
+    """A mesh as its file is; of kinds that rerun doesn't read, nothing."""
     source = mesh.source()
     media = _MEDIA.get(source.extension())
     if media is None:
@@ -139,6 +141,17 @@ def _send_mesh(rr: Any, stream: Any, entity: str, mesh: Mesh) -> None:
 def _send_line(rr: Any, stream: Any, entity: str, line: Ribbon) -> None:
     color = _bytes(np.append(srgb(np.array(line.rgb)), line.alpha))
     mesh = rr.Mesh3D(vertex_positions=line.vertices, triangle_indices=line.triangles, albedo_factor=color)
+    stream.log(entity, mesh, static=True)
+
+
+def _send_picture(rr: Any, stream: Any, entity: str, picture: Picture) -> None:
+    w, h = picture.width / 2, picture.height / 2
+    mesh = rr.Mesh3D(
+        vertex_positions=[[-w, -h, 0], [w, -h, 0], [w, h, 0], [-w, h, 0]],
+        vertex_texcoords=[[0, 1], [1, 1], [1, 0], [0, 0]],  # the first pixel is at the upper left
+        triangle_indices=[[0, 1, 2], [0, 2, 3]],
+        albedo_texture=picture.pixels,
+    )
     stream.log(entity, mesh, static=True)
 
 

@@ -113,7 +113,7 @@ class Scene:
 
     def under(self, name: str) -> Scene:
         """The part of this scene below a path; it keeps its changes with this scene's."""
-        part = Scene(self.meshcat, self._live)
+        part = type(self)(self.meshcat, self._live)
         part._root = f"{self._root}{name}/"
         part._tracks = self._tracks
         return part

@@ -120,7 +120,11 @@ def test_commanded_paths_are_drawn_and_growing_ones_left_out(found):
     entities = {entity for entity, _ in found}
     assert "/scene/car/screen/episode0/commanded" in entities
     assert ("/scene/car/screen/episode0/executed", "Mesh3D:vertex_positions") not in found
-    assert ("/scene/car/screen/field/mesh", "Asset3D:blob") in found
+    corners = found["/scene/car/screen/field", "Mesh3D:vertex_positions"][1][0]
+    assert corners[0] == pytest.approx([-0.4, -0.3, 0])
+    picture = found["/scene/car/screen/field", "Mesh3D:albedo_texture_format"][1][0][0]
+    assert picture["width"] * 3 == picture["height"] * 4
+    assert found["/scene/car/screen/field", "Mesh3D:vertex_texcoords"][1][0][0] == [0, 1]
     assert ("/scene/ground", "Boxes3D:half_sizes") in found
 
 
