@@ -6,6 +6,7 @@ report in `benchmarks/`:
     TABLE_SCOREBOARD           scoreboard.json, all rows
     TABLE_SCOREBOARD_KETTLE    scoreboard.json, the rows of one system
     TABLE_SYSTEMS              scoreboard.json, one line a system
+    TABLE_RULES                rules.json, what each rule is worth
     TABLE_ANY_NAME             any_name.json: the text that its command printed
 
 Under each table stand the library's version, the date, and the command that printed it. A table without a report is
@@ -28,7 +29,7 @@ from ichain_drake.runs.intervals import success_interval, success_words
 ROOT = Path(__file__).parent.parent
 BLOCK = re.compile(r"<!-- TABLE_(\w+): begin -->\n(.*?)<!-- TABLE_\1: end -->", re.DOTALL)
 COMMAND_ABOVE = re.compile(r"^    (ichain [^\n]+)\n\n\Z", re.MULTILINE)
-SCOREBOARD, SYSTEMS = "SCOREBOARD", "SYSTEMS"
+SCOREBOARD, SYSTEMS, RULES = "SCOREBOARD", "SYSTEMS", "RULES"
 ABOUT = {  # where each system is described, and what it is asked for
     "car_game": ("car game", "docs/car_game.md", "follow three paths"),
     "hover_game": ("hovercraft", "docs/hover_game.md", "the same joystick, another game"),
@@ -62,6 +63,8 @@ def render(name: str, report: Mapping[str, Any]) -> str:
     """
     if name == SYSTEMS:
         body = systems_table(report["table"])
+    elif name == RULES:
+        body = rules_table(report["ablation"])
     elif name.startswith(SCOREBOARD):
         system = name.removeprefix(SCOREBOARD).removeprefix("_").lower()
         body = scoreboard_table([line for line in report["table"] if system in ("", line["system"])])
@@ -113,6 +116,19 @@ def systems_table(lines: Sequence[Mapping[str, Any]]) -> str:
         error += f", {span(ratios, 2)} x" if ratios else ""
         rows.append((f"[{title}]({page})" if page else title, task, *(success(by[p]) for p in by), error))
     return markdown(("", "goal", "`ideal`", "`arm`", "`contact`", "error, beside the oracle's"), rows)
+
+
+def rules_table(lines: Sequence[Mapping[str, Any]]) -> str:
+    """One row a rule: how much worse the same trials are without it."""
+    head = ("without", "pairs", "differ", "lost", "won", "silent", "steps", "replans", "rows that need it")
+    rows = [
+        (
+            f"`{line['rule']}`", *(str(line[key]) for key in ("pairs", "differ", "lost", "won")),
+            f"{line['silent']:+d}", figure(line["steps"], 3), f"{line['replans']:+.2f}", ", ".join(line["need"]),
+        )
+        for line in lines
+    ]  # fmt: skip
+    return markdown(head, rows)
 
 
 def success(lines: Sequence[Mapping[str, Any]]) -> str:

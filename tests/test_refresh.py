@@ -73,9 +73,17 @@ def book(tmp_path):
     (tmp_path / "benchmarks" / "costs.json").write_text(
         json.dumps({**about, "command": "ichain benchmarks", "text": "a  b"})
     )
+    worth = {
+        "rule": "a_rule", "pairs": 5, "differ": 3, "lost": 2, "won": 0, "p": 0.5, "silent": 1, "steps": 1.25,
+        "replans": 0.4, "need": ["kettle/goal/contact/none"],
+    }  # fmt: skip
+    (tmp_path / "benchmarks" / "rules.json").write_text(
+        json.dumps({**about, "command": "ichain scoreboard --ablate", "table": lines, "ablation": [worth]})
+    )
     (tmp_path / "README.md").write_text(
         "Before\n\n    ichain benchmarks\n\n<!-- TABLE_COSTS: begin -->\nold\n<!-- TABLE_COSTS: end -->\n"
         "<!-- TABLE_SYSTEMS: begin -->\n<!-- TABLE_SYSTEMS: end -->\n"
+        "<!-- TABLE_RULES: begin -->\n<!-- TABLE_RULES: end -->\n"
         "<!-- TABLE_OTHER: begin -->\nkept\n<!-- TABLE_OTHER: end -->\n"
     )
     (tmp_path / "docs" / "kettle.md").write_text(
@@ -95,6 +103,7 @@ def test_tables_are_rewritten_with_version_date_and_command(book, capsys):
     car = "follow three paths | 39/40 (.87-1.00) |  |  | 0.630 to 0.700 px, 1.05 to 1.10 x |"
     assert f"| [car game](docs/car_game.md) | {car}" in readme
     assert "| [bottle and kettle](docs/kettle.md) | hot water back in the bottle |  |  | 2/7 (.08-.64) |  |" in readme
+    assert "| `a_rule` | 5 | 3 | 2 | 0 | +1 | 1.250 | +0.40 | kettle/goal/contact/none |" in readme
     kettle = (book / "docs" / "kettle.md").read_text()
     assert "| kettle | goal | contact | none | 2/7 (.08-.64) | 3 | 300 | - | 0 | 0.000 of range | - | 9 |" in kettle
     assert "car_game" not in kettle

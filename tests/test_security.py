@@ -71,7 +71,7 @@ def test_the_live_page_is_for_this_machine_alone(meshcat: Meshcat) -> None:
     try:
         assert page._server._server.server_address[0] == "127.0.0.1"
         assert page.address.startswith("http://127.0.0.1:")
-        assert b"<script>alert" not in page._page
+        assert b"<script>alert" not in page._answers.shown()[0]
     finally:
         page.close()
 

@@ -1,9 +1,12 @@
 """Every model file parses, and the arm is the published one."""
 
+import gc
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
@@ -67,9 +70,15 @@ def test_file_parses_without_network(file: str) -> None:
     assert plant.num_bodies() > 1
 
 
+@pytest.fixture
+def meshcat() -> Iterator[Meshcat]:
+    yield Meshcat(MeshcatParams(host="127.0.0.1"))
+    gc.collect()  # a visualizer is a cycle, and if another thread than this deletes its parts, the process ends
+
+
 @pytest.mark.parametrize("file", FILES)
-def test_file_opens_in_the_model_visualizer(file: str) -> None:
-    visualizer = ModelVisualizer(browser_new=False, publish_contacts=False)
+def test_file_opens_in_the_model_visualizer(file: str, meshcat: Meshcat) -> None:
+    visualizer = ModelVisualizer(browser_new=False, publish_contacts=False, meshcat=meshcat)
     visualizer.package_map().AddMap(package_map())
     visualizer.AddModels(str(models_path() / file))
     visualizer.Finalize()
@@ -124,8 +133,8 @@ def test_joystick_has_springs_and_turns_as_declared() -> None:
     np.testing.assert_allclose(plant.CalcGravityGeneralizedForces(context), 0.0, atol=1e-12)
 
 
-def test_drakes_visualizer_finds_our_models() -> None:
-    visualizer = ichain_drake.model_visualizer(visualize_frames=True)
+def test_drakes_visualizer_finds_our_models(meshcat: Meshcat) -> None:
+    visualizer = ichain_drake.model_visualizer(visualize_frames=True, meshcat=meshcat)
     visualizer.AddModels(url="package://ichain_drake_models/joystick/joystick.sdf")
     visualizer.Finalize()
     assert visualizer.meshcat().web_url().startswith("http")

@@ -63,8 +63,7 @@ def _doing(step: PlanStep, graph: InteractionGraph) -> str:
         parts.append(f"{'raise' if direction > 0 else 'lower'} {_value(obj, variable, value, graph)}")
     if step.after and step.until is not None:
         parts.append(f"put it at {_values(step.after, first, graph)}")
-    if step.release:
-        parts.append("let go")
+    parts.append("let go" if step.release else "hold it")
     return "; ".join(parts)
 
 

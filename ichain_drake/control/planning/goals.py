@@ -130,11 +130,6 @@ def impossible(goal: Goal, model: InteractionModel, start: States) -> NoPlan | N
 
     A condition that already holds is never refused.
     """
-    for edge in goal.active:
-        if edge.parent == model.graph.root:
-            c = Condition(edge.child, model.graph.objects[edge.child].observable.names[0], -math.inf, math.inf)
-            return NoPlan(c, math.nan, edge, f"{edge.name}: plans end with {edge.parent} away from everything; ask for "
-                          "what it is to bring about")  # fmt: skip
     for c in goal.conditions:
         space = model.graph.objects[c.object].observable
         i, now = space.index(c.variable), float(value_of(c, start, model.graph))

@@ -11,6 +11,7 @@ from ichain_drake.control.planning.carries import CarryOption
 from ichain_drake.control.planning.enabling import Enabling
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import gap, kept_by_itself, value_of
+from ichain_drake.control.planning.letting_go import stays
 from ichain_drake.control.planning.model import Batch, row, span
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.slope import least_motion, slope
@@ -30,10 +31,11 @@ def carry_targets(
 ) -> list[list[FloatArray]]:
     """Poses worth carrying an object to, for each of several states.
 
-    They are: what the goal wants of it, where it was at the start, for each other interaction of the object the
-    place of a demonstration that makes it active most surely, the nearest place at which none is, and places at which
-    an interaction would be possible that is not where the object is now (see `Enabling`). Where the object acts on a
-    variable of the goal that keeps no value of its own, also poses in even steps between its outermost places.
+    They are: what the goal wants of it, if it stays there (see `stays`), where it was at the start, for each other
+    interaction of the object the place of a demonstration that makes it active most surely, the nearest place at which
+    none is, and places at which an interaction would be possible that is not where the object is now (see `Enabling`).
+    Where the object acts on a variable of the goal that keeps no value of its own, also poses in even steps between its
+    outermost places.
 
     Args:
         model: the learned graph.
@@ -57,7 +59,12 @@ def carry_targets(
     batch[obj][:, carry.follow] = known.reshape(-1, known.shape[2])
     margins = np.array([model.decide(e, batch).reshape(len(nodes), n) for e in others]).reshape(-1, len(nodes), n)
     shown = frames.is_shown(obj, batch[obj]).reshape(len(nodes), n)
-    wanted = _wanted(model, carry, start, conditions)
+    wanted = wanted_place(model, carry, start, conditions)
+    if wanted is not None and not stays(model, carry, wanted):
+        wanted = None
+    back = [start[obj][carry.follow]]
+    if float(model.decide(carry.edge, start)) >= 0 and not stays(model, carry, back[0]):
+        back = []  # it is in hand there
     width = span(model, obj)[carry.follow]
     out, missing = [], [e.missing(model, frames, nodes) for e in enabling]
     for k, (node, places) in enumerate(zip(nodes, known, strict=True)):
@@ -78,7 +85,7 @@ def carry_targets(
             there = np.repeat(node[obj][None], len(found), axis=0)
             there[:, carry.follow] = found
             found = [place for place, ok in zip(found, frames.in_reach(obj, there), strict=True) if ok]
-        out.append(_distinct([*asked, start[obj][carry.follow], *found], here, width))
+        out.append(_distinct([*asked, *back, *found], here, width))
     return out
 
 
@@ -119,10 +126,20 @@ def _distinct(found: Sequence[FloatArray], here: FloatArray, width: FloatArray) 
     return kept
 
 
-def _wanted(
+def wanted_place(
     model: InteractionModel, carry: CarryOption, start: States, conditions: Sequence[Condition]
 ) -> FloatArray | None:
-    """The pose that the goal wants: given values where there are any, the others as at the nearest known place."""
+    """The pose that the goal wants: given values where there are any, the others as at the nearest known place.
+
+    Args:
+        model: the learned graph.
+        carry: what is carried.
+        start: states at the start of planning.
+        conditions: of the goal.
+
+    Returns:
+        Values of the followed variables, shape (n_follow,); None where the goal wants none of them.
+    """
     obj = carry.edge.child
     names = [model.graph.objects[obj].observable.names[i] for i in carry.follow]
     mine = {c.variable: c for c in conditions if c.object == obj and c.variable in names}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +15,7 @@ from ichain_drake.control.planning.contradictions import Contradiction, Record
 from ichain_drake.control.planning.goals import gap, impossible, value_of
 from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.optimal import OptimalSearch
-from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
+from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.risk import plan_cost, success_probability
 from ichain_drake.control.planning.search import Search, SearchSettings
@@ -81,7 +82,7 @@ class GraphPlanner:
             if isinstance(careful, Plan):
                 return replace(careful, cautious=shown, seconds=time.perf_counter() - began)
         known = {n: np.asarray(start[n], dtype=float) for n in self.model.graph.objects}
-        refused = impossible(goal, self.model, known)
+        refused = self._not_in_hand(goal) or impossible(goal, self.model, known)
         if refused is not None:
             return refused
         effort = _Effort(Record(self.model, contradictions))
@@ -101,6 +102,18 @@ class GraphPlanner:
             cost=plan_cost(self.model, goal, found.steps),
             optimal=proved,
         )
+
+    def _not_in_hand(self, goal: Goal) -> NoPlan | None:
+        """Refuse a goal in which the robot touches something that it can't hold, or holds two things."""
+        mine = [e for e in goal.active if e.parent == self.model.graph.root]
+        carries = [c.edge for c in self.options.carries]
+        for k, edge in enumerate(mine):
+            if k or edge not in carries:
+                why = "it holds one object at a time" if k else f"it can't carry {edge.child}; ask for what it is to do"
+                condition = Condition(edge.child, self.options.names[edge.child][0], -math.inf, math.inf)
+                text = f"{edge.name}: {edge.parent} ends away from everything but what it holds, and {why}"
+                return NoPlan(condition, math.nan, edge, text)
+        return None
 
     def _keeping_to(self, shown: tuple[Interaction, ...]) -> GraphPlanner:
         """A planner with the customary conditions of some interactions; what is active now is seen without them."""

@@ -21,8 +21,9 @@ from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Alike, Landmarks, unmet_conditions
 from ichain_drake.control.planning.holding import can_hold, hold_probability
+from ichain_drake.control.planning.letting_go import in_hand, stays
 from ichain_drake.control.planning.model import Batch, row, stack, take
-from ichain_drake.control.planning.places import carry_targets
+from ichain_drake.control.planning.places import carry_targets, wanted_place
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
 from ichain_drake.control.planning.repertoire import Repertoire
 from ichain_drake.control.planning.risk import step_cost
@@ -176,7 +177,7 @@ class Search:
         return self._carried(layer) + self._driven(layer)
 
     def _carried(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
-        moves: list[tuple[SearchNode, CarryOption, FloatArray]] = []
+        moves: list[tuple[SearchNode, CarryOption, FloatArray, FloatArray | None]] = []
         for carry in self.options.movable({c.object for c in self.goal.conditions}):
             nodes = [n for n in layer if n.held in (None, carry.edge)]
             free = can_hold(self.model, carry.edge, [n.states for n in nodes])
@@ -184,31 +185,48 @@ class Search:
             targets = carry_targets(
                 self.model, carry, [n.states for n in nodes], self.start, self.surer, self.options.enabling[carry.edge]
             )
-            moves += [(n, carry, t) for n, places in zip(nodes, targets, strict=True) for t in places]
+            moves += [(n, carry, t, None) for n, places in zip(nodes, targets, strict=True) for t in places]
+            if self._ends_in_hand(carry):
+                ends = [(n, in_hand(self.model, carry, n.states, self.surer)) for n in nodes]
+                moves += [(n, carry, *end) for n, end in ends if end is not None]
         if not moves:
             return []
-        batch = stack([n.states for n, _, _ in moves])
-        for k, (_, carry, place) in enumerate(moves):
+        batch = stack([n.states for n, _, _, _ in moves])
+        root = self.model.graph.root
+        batch[root] = np.repeat(self.parked[None], len(moves), axis=0)
+        for k, (_, carry, place, robot) in enumerate(moves):
             batch[carry.edge.child][k, carry.follow] = place
+            batch[root][k] = self.parked if robot is None else robot
         held = np.ones(len(moves))  # there too, before it is let go
         for carry in self.options.carries:
-            mine = [k for k, (_, c, _) in enumerate(moves) if c is carry]
+            mine = [k for k, (_, c, _, _) in enumerate(moves) if c is carry]
             held[mine] = hold_probability(self.model, carry.edge, [row(batch, k) for k in mine])
         kept = np.flatnonzero(held >= PLANNING.likely)
         moves, batch, held = [moves[k] for k in kept], take(batch, kept), held[kept]
         if not moves:
             return []
-        after, _ = settle(self.model, batch, self.parked)
+        after, _ = settle(self.model, batch, batch[root])
         self.rollouts += len(moves)
         out = []
-        for k, (node, carry, place) in enumerate(moves):
+        for k, (node, carry, place, robot) in enumerate(moves):
             states = {n: v[k] for n, v in after.items()}
             wanted = self._pose(carry, place)
             ticks = PLANNING.retake + self._way(carry, node.states[carry.edge.child][carry.follow], place)
             likely = float(held[k])
             step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks, probability=likely)
-            out += self._child(node, step, states)
+            if robot is None:
+                out += self._child(node, step, states)
+            else:
+                step = replace(step, release=False)
+                out += [replace(child, held=carry.edge) for child in self._child(node, step, states)]
         return out
+
+    def _ends_in_hand(self, carry: CarryOption) -> bool:
+        """Whether the goal wants an object held, or where it would not stay if the robot let go of it."""
+        if carry.edge in self.goal.active:
+            return True
+        place = wanted_place(self.model, carry, self.start, self.surer)
+        return place is not None and not stays(self.model, carry, place)
 
     def _driven(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         free = [n for n in layer if n.held is None]

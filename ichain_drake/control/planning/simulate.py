@@ -51,15 +51,15 @@ class Outcome:
 
 
 def settle(model: InteractionModel, batch: Batch, parked: FloatArray) -> tuple[Batch, dict[Interaction, BoolArray]]:
-    """What becomes of states with the robot away, and what is active then.
+    """What becomes of states with the robot away, or wherever it is, and what is active then.
 
     Args:
         model: the learned graph.
         batch: states, shape (n, n_variables) each.
-        parked: state of the robot, shape (n_root,).
+        parked: state of the robot, shape (n_root,), or (n, n_root).
     """
     root = model.graph.root
-    now = {**batch, root: np.repeat(parked[None], len(batch[root]), axis=0)}
+    now = {**batch, root: np.array(np.broadcast_to(parked, batch[root].shape))}
     status: dict[Interaction, BoolArray] = {}
     for _ in range(LEARNING.ticks):
         now, status = model.step(now, now[root], strict=False)

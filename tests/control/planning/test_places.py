@@ -8,7 +8,7 @@ from toy_models import LAMP_START, TAP_START, lamp, tap
 
 from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.places import _acts_on_goal, _along, _distinct, _wanted
+from ichain_drake.control.planning.places import _acts_on_goal, _along, _distinct, wanted_place
 from ichain_drake.control.planning.plan import Condition
 from ichain_drake.control.settings import PLANNING
 
@@ -30,10 +30,10 @@ def test_what_the_goal_wants_is_the_middle_of_its_range_or_the_nearest_known_pla
     """The cup stands at 0.2; it was let go of at 0, 0.5 and 1."""
     model = tap()
     (carry,) = find_carries(model)
-    found = _wanted(model, carry, TAP_START, [Condition("cup", "x", lower, upper)])  # type: ignore[arg-type]
+    found = wanted_place(model, carry, TAP_START, [Condition("cup", "x", lower, upper)])  # type: ignore[arg-type]
     np.testing.assert_allclose(found, [x])
     other = [Condition("cup", "water", 0.5, 1.0), Condition("tank", "water", 0.1, 0.2)]
-    assert _wanted(model, carry, TAP_START, other) is None  # type: ignore[arg-type]
+    assert wanted_place(model, carry, TAP_START, other) is None  # type: ignore[arg-type]
 
 
 def test_poses_lie_in_even_steps_between_the_outermost_along_the_widest_direction() -> None:

@@ -7,6 +7,7 @@ from ichain_drake.control.planning.goals import gap, parse_goal, value_of
 from ichain_drake.control.planning.plan import NoPlan, Plan, States
 from ichain_drake.control.planning.planner import GraphPlanner
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, learn_interactions
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
@@ -45,6 +46,24 @@ def test_a_cup_of_hot_water_is_poured_heated_dispensed_and_brought_back(model: I
     assert chains[-1] == ["hand->cup"]
     end = found.steps[-1].predicted
     assert all(gap(c, value_of(c, end, model.graph)) == 0 for c in goal.conditions)
+
+
+def test_what_would_fall_is_held_in_the_end_as_it_was_held(model: InteractionModel, start: States) -> None:
+    """Nobody ever let go of the cup in the air."""
+    goal = parse_goal(["cup.z >= 0.3", "tank.temperature >= 0.5"], model, start)
+    planner = GraphPlanner(model)
+    found = planner.plan(start, goal)
+    assert isinstance(found, Plan), found
+    assert [s.release for s in found.steps] == [*[True] * (len(found.steps) - 1), False]
+    end = found.steps[-1].predicted
+    assert end["cup"][2] >= 0.3
+    assert model.decide(Interaction("hand", "cup"), end) >= 0
+    # From there: it is put down, for the hand is needed, and taken again; where it hung it can't be let go of.
+    onward = planner.plan(end, parse_goal(["cup.z >= 0.3", "tank.temperature >= 0.9"], model, end))
+    assert isinstance(onward, Plan), onward
+    assert [s.release for s in onward.steps] == [*[True] * (len(onward.steps) - 1), False]
+    refused = planner.plan(start, parse_goal(["cup.z >= 0.3", "not hand->cup"], model, start))
+    assert isinstance(refused, NoPlan)
 
 
 def test_more_water_than_there_is_and_colder_than_anything_are_refused(model: InteractionModel, start: States) -> None:
