@@ -1,6 +1,7 @@
 """Demonstrations that are wrong in places: found, and said in one line with piece and rows."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from small_world import GRAPH
@@ -8,7 +9,8 @@ from small_world import GRAPH
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionModel, label_findings, learn_interactions
-from ichain_drake.learning.findings import _repeats
+from ichain_drake.learning.findings import _frozen, _repeats
+from ichain_drake.state import StateSpace, Variable
 
 
 def changed(pieces: list[Demonstration], k: int, first: int, last: int, edge: str) -> list[Demonstration]:
@@ -72,3 +74,22 @@ def test_readings_repeat_where_all_that_are_noisy_do_and_none_that_can_go_no_fur
     both, first = np.array([True, True]), np.array([True, False])
     assert _repeats(states, both, lower, upper).tolist() == [True, False, False, True, True, True]
     assert _repeats(states, first, lower, upper).tolist() == [True, True, False, False, False, False]
+
+
+def frozen(rows: int, *stretches: tuple[int, int]) -> list[tuple[int, int]]:
+    """Rows that are told of one piece in which a noisy reading stands still for these rows."""
+    values = np.random.default_rng(0).normal(size=(rows, 1))
+    for a, b in stretches:
+        values[a:b] = values[a]
+    space = StateSpace("thing", (Variable("x"),))
+    piece = SimpleNamespace(states={"thing": values}, name="p")
+    data = SimpleNamespace(spaces={"thing": space}, stacked=lambda obj: values, pieces=[piece])
+    return [f.rows for f in _frozen(data, SimpleNamespace(noise={"thing": np.ones(1)}))]  # type: ignore[arg-type]
+
+
+def test_a_feed_is_frozen_where_readings_repeat_more_often_than_they_do_elsewhere() -> None:
+    """By the share of the other ticks in which they do; late in a piece as well as early."""
+    assert frozen(60, (2, 11)) == [(2, 11)]
+    assert frozen(60, (50, 59)) == [(50, 59)]
+    assert frozen(61, (10, 14), (40, 44)) == []  # three ticks, as elsewhere: once in 15
+    assert frozen(61, (10, 14)) == [(10, 14)]

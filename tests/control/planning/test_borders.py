@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 from toy_models import TAP_START, tap
 
-from ichain_drake.control.planning.borders import crossed, find_borders
+from ichain_drake.control.planning.borders import active_samples, crossed, find_borders
 from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.enabling import find_enabling
 from ichain_drake.control.planning.frames import Frames
@@ -89,3 +89,11 @@ def test_a_place_and_an_opening_that_one_motion_changes_are_wanted_together() ->
     wanted = carry_targets(model, carry, [start], start, goal.conditions)[0][0]
     assert wanted[1] == 0.4
     assert abs((wanted[0] - wanted[1]) - (start["cup"][0] - start["cup"][1])) < 1e-6 or wanted[0] - 0.4 in carry.places
+
+
+def test_what_the_classifier_denies_is_no_example_however_near_it_is() -> None:
+    model = tap()
+    every = len(model.edges[FALL].examples.active["cup"])
+    for decisions, count in ((0.0, every), (-0.5, 0), (-1e-9, 0)):
+        model.gates[FALL] = lambda s, d=decisions: np.full(len(s["cup"]), d)
+        assert len(active_samples(model, FALL)["cup"]) == count

@@ -89,3 +89,12 @@ def test_evidence_is_that_of_what_bounds_leave_of_the_predicted_change() -> None
     assert predicted[0, 0] == pytest.approx(0.1, abs=0.005)
     assert np.abs(predicted[2:]).max() < 4 * NOISE
     np.testing.assert_allclose(evidence, made.evidence(predicted[:, 0], 0, NOISE))
+
+
+def test_what_leaves_a_bound_shows_an_effect() -> None:
+    """A tank that fills from empty in one tick, and is emptied in the next."""
+    change = np.where(np.arange(TICKS) % 2 == 0, 5.0, -5.0)
+    rows = np.arange(TICKS) % 2 == 0
+    (effect,) = fit_effects(residual(change, start=0.0), rows, features(columns()))
+    assert effect.columns == ()
+    assert effect.coefficients == pytest.approx([5.0], abs=0.01)

@@ -334,3 +334,7 @@ def test_usual_candidates_are_made_without_a_walk_through_scikit_learn(monkeypat
     spec = InteractionSpec()
     for candidate in (*spec.effect_estimators, *spec.status_estimators):
         make_classifier(candidate)
+
+
+def test_one_iteration_may_be_asked_for() -> None:
+    RectifiedLinearRegressor(max_iter=1).fit(*table(13))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
@@ -61,3 +62,11 @@ def test_what_stands_is_read_with_less_noise_and_what_moves_as_it_is() -> None:
     out = rested(values, np.zeros(80, dtype=np.intp), np.array([NOISE]))
     assert out[:35].std() < 0.5 * NOISE
     np.testing.assert_array_equal(out[46:], values[46:])
+
+
+@pytest.mark.parametrize("at", [-3.0, 0.0, 5.0])
+def test_what_stands_still_does_so_wherever_it_is(at: float) -> None:
+    values = at + np.random.default_rng(1).normal(0.0, NOISE, (60, 1))
+    out = rested(values, np.zeros(60, dtype=np.intp), np.array([NOISE]))
+    assert out.std() < 0.6 * NOISE
+    assert out.mean() == pytest.approx(at, abs=NOISE)
