@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from toy_models import TAP_START, tap
 
 from ichain_drake.control.planning.borders import active_samples, crossed, find_borders
@@ -54,6 +55,7 @@ def test_a_drive_stops_there_and_not_at_the_brim() -> None:
 def test_where_a_series_passes_a_value() -> None:
     assert crossed(np.array([0.0, 1.0, 3.0]), 2.0) == (2, 0.5)
     assert crossed(np.array([2.0, 1.0]), 2.0) is None  # it begins there
+    assert crossed(np.array([2.0, 1.0, 0.5]), 2.0) is None
     assert crossed(np.array([0.0, 1.0]), 2.0) is None
 
 
@@ -97,3 +99,13 @@ def test_what_the_classifier_denies_is_no_example_however_near_it_is() -> None:
     for decisions, count in ((0.0, every), (-0.5, 0), (-1e-9, 0)):
         model.gates[FALL] = lambda s, d=decisions: np.full(len(s["cup"]), d)
         assert len(active_samples(model, FALL)["cup"]) == count
+
+
+def test_an_object_is_brought_beside_the_other_end_of_an_interaction_that_looks_at_both(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The tank can't be brought to the cup: the cup's place is one beside the tank."""
+    monkeypatch.setattr(Frames, "is_relative", lambda self, edge: True)
+    model = tap()
+    (found,) = find_enabling(model, find_carries(model)[0])
+    assert (found.edge, found.anchor) == (FALL, "tank")

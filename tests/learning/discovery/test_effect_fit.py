@@ -98,3 +98,14 @@ def test_what_leaves_a_bound_shows_an_effect() -> None:
     (effect,) = fit_effects(residual(change, start=0.0), rows, features(columns()))
     assert effect.columns == ()
     assert effect.coefficients == pytest.approx([5.0], abs=0.01)
+
+
+def test_what_roles_declare_is_as_uncertain_as_the_ticks_in_which_it_acts() -> None:
+    """Where it does nothing, nothing is left to explain."""
+    rng, x = np.random.default_rng(3), columns()
+    acts = np.arange(TICKS) % 4 == 0
+    x[:, 0] = np.where(acts, x[:, 0], 0.0)
+    change = x[:, 0] + np.where(acts, 2.0 * NOISE * rng.choice([-1.0, 1.0], TICKS), 0.0)
+    (effect,) = fit_effects(residual(change), np.ones(TICKS, dtype=bool), features(x, (0,)))
+    assert effect.declared
+    assert effect.std > 2.0 * NOISE

@@ -78,3 +78,11 @@ def test_a_frame_is_turned_by_what_moves_with_the_robot_alone(parent: str) -> No
     assert ("camera" in log.turns) is (parent == "hand")
     if parent == "hand":
         np.testing.assert_array_equal(log.turns["camera"], turn @ before)
+
+
+@pytest.mark.parametrize(("shared", "same"), [(0, False), (6, False), (8, True), (10, True)])
+def test_two_terms_are_of_the_same_ticks_where_most_of_them_are_shared(shared: int, same: bool) -> None:
+    ticks = np.arange(30)
+    first: Any = SimpleNamespace(on=ticks < 10, evidence=np.full(30, 5.0))
+    other: Any = SimpleNamespace(on=(ticks >= 10 - shared) & (ticks < 20 - shared), evidence=np.full(30, 5.0))
+    assert structure._same(first, other) is same
