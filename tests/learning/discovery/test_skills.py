@@ -71,6 +71,6 @@ def test_values_before_a_skill_are_told_where_it_was_shown_often_enough() -> Non
 
 def test_an_effect_is_counted_from_the_row_before_a_stretch() -> None:
     """What changed before that was of another skill."""
-    states = box_at(0.0, 5.0, 5.0, 6.0, 6.0)
+    states = box_at(0.0, 0.0, 5.0, 6.0, 6.0)
     assert _effects(SMALL, states, SILENT, shown((3, 4))) == ["box.x by +1"]
-    assert _effects(SMALL, states, SILENT, shown((0, 1))) == ["box.x by +5"]
+    assert _effects(SMALL, states, SILENT, shown((1, 2))) == ["box.x by +5"]
