@@ -45,7 +45,7 @@ from cosmic_ray.plugins import get_operator, operator_names
 ROOT = Path(__file__).parents[1]
 COPIED = (
     "ichain_drake", "tests", "models", "examples", "docs", "benchmarks", "notebooks",
-    "README.md", "CHANGELOG.md", "pyproject.toml",
+    "README.md", "CHANGELOG.md", "LICENSE", "mkdocs.yml", "pyproject.toml",
 )  # fmt: skip
 PACKAGES = ("learning", "control", "runs")
 WARM = ("numpy", "scipy.optimize", "scipy.spatial", "sklearn.base", "pandas", "pydrake.multibody.plant", "hypothesis")

@@ -31,6 +31,7 @@ DISTRIBUTIONS = {
     "PIL": "pillow",
     "umsgpack": "meshcat",
     "mcap_ros2": "mcap-ros2-support",
+    "rerun": "rerun-sdk",
 }
 
 
@@ -148,6 +149,7 @@ def test_dependencies_are_what_the_package_imports() -> None:
             extras["logs"],
             extras["minari"],
             extras["onnx"],
+            extras["rerun"],
         )
     )
     assert used | required_by_name() == core.union(*optional)

@@ -18,7 +18,7 @@ from ichain_drake.errors import InputError
 @click.option("--system", metavar="SCENARIO", default="", help="whose they are: units are converted, pieces checked")
 @options("resample")
 def import_command(form: str, source: Path, map_file: Path, output: Path, system: str, resample: bool) -> int:
-    """Read demonstrations of another format: lerobot, mcap, robomimic or ros2."""
+    """Read demonstrations of another format: lerobot, mcap, minari, robomimic or ros2."""
     from ichain_drake.cli.console import Reporter
     from ichain_drake.demonstrations import write_demonstrations
     from ichain_drake.demonstrations.importing import import_logs, parse_map

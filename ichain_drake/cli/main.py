@@ -92,6 +92,7 @@ def settings(scenario: str | None, constants: bool) -> None:
 @click.option("--demos", type=PATH, metavar="DIR", help="learn from these demonstrations instead of recording some")
 @options("resample", "unlabelled", "no_graph", "graph_file", "library", "lift")
 @click.option("--record", type=PATH, metavar="FILE.html", help="playback file")
+@click.option("--rerun", type=PATH, metavar="FILE.rrd", help="also write a recording for rerun's viewer")
 @options("report", "output", "without")
 @click.option("--oracle/--no-oracle", help="also run the oracle, for comparison; it takes longer than the run")
 @click.option("--meshcat", is_flag=True, help="show it in the web browser while it runs")
@@ -115,6 +116,7 @@ def run(
     library: Path | None,
     lift: bool,
     record: Path | None,
+    rerun: Path | None,
     report: str | None,
     output: Path | None,
     without: tuple[str, ...],
@@ -138,7 +140,7 @@ def run(
     if realtime and not meshcat:
         raise IchainError("--realtime is for --meshcat: without it nobody watches")
     loaded = scenario_named(scenario, settings, physics, seed)
-    files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report)
+    files = RunFiles(output or Path("runs") / f"{loaded.name}-{physics}-{seed}", record, report, rerun)
     with rules.without(without):
         asked = (goal, [*paths, *more]) if paths else ([*goal, *more], paths)
         taught = taught_by(loaded, Taught(unlabelled, no_graph, graph_file))

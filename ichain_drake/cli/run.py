@@ -28,7 +28,7 @@ from ichain_drake.runs.goals.unlabelled import Taught
 from ichain_drake.runs.learn import Known
 from ichain_drake.runs.library import load
 from ichain_drake.runs.open_piece import save_left_behind
-from ichain_drake.runs.output import write_pictures_of, write_playback_of
+from ichain_drake.runs.output import write_pictures_of, write_playback_of, write_rerun_of
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.output import write_report
 from ichain_drake.runs.paths.result import PathRun
@@ -220,7 +220,9 @@ def _write_all(run: PathRun | GraphRun, files: RunFiles, extra: dict[str, Any]) 
         file = Path(files.report) if files.report else files.folder / "report.json"
         write_report(report, file)
         written.append(file)
-    return [*written, *write_playback_of(run, files.playback), *write_pictures_of(run, files.folder)]
+    written += write_playback_of(run, files.playback)
+    written += [] if files.rerun is None else write_rerun_of(run, files.rerun)
+    return [*written, *write_pictures_of(run, files.folder)]
 
 
 def _print_results(run: PathRun | GraphRun, written: list[Path]) -> None:

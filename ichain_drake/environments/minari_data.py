@@ -9,10 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from ichain_drake.demonstrations.checks import known_units
+from ichain_drake.demonstrations.columns import COMMAND, column
+from ichain_drake.demonstrations.exporting.columns import map_text
 from ichain_drake.environments.environment import SystemEnvironment
 from ichain_drake.errors import InputError
+from ichain_drake.files import write_whole
 from ichain_drake.scenarios.graph_scenario import FIRST_DEMONSTRATION, GraphScenario
 from ichain_drake.state import FloatArray
+from ichain_drake.timing import TICK
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,8 @@ def played_script(env: SystemEnvironment) -> Iterator[Played]:
 def write_minari(env: Any, dataset: str, description: str = "") -> Any:
     """Write a system's scripted demonstrations as a Minari data set, where Minari keeps them.
 
+    Beside its data stands `map.yaml`, by which `ichain import minari` makes demonstrations of it again.
+
     Args:
         env: of `make_env` or `gymnasium.make`; the latter's can be made again from the data set.
         dataset: its id, such as `ichain/kettle-v0`.
@@ -99,7 +106,7 @@ def write_minari(env: Any, dataset: str, description: str = "") -> Any:
         for number, played in enumerate(played_script(inner))
     ]
     try:
-        return minari.create_dataset_from_buffers(
+        made = minari.create_dataset_from_buffers(
             dataset,
             episodes,
             env=env,
@@ -109,3 +116,12 @@ def write_minari(env: Any, dataset: str, description: str = "") -> Any:
         )
     except ValueError as error:
         raise InputError(f"data set {dataset!r:.80}: {' '.join(str(error).split())[:200]}") from None
+    write_whole(minari.storage.get_dataset_path(dataset) / "map.yaml", _map_of(inner))
+    return made
+
+
+def _map_of(env: SystemEnvironment) -> bytes:
+    """Which of an episode's numbers is which variable."""
+    columns = {f"observations[{i}]": name for i, name in enumerate(env.observation_names)}
+    columns |= {f"actions[{i}]": column(COMMAND, name) for i, name in enumerate(env.command_names)}
+    return map_text(columns, known_units(env.scenario.graph), rate=round(1 / TICK, 9))

@@ -68,28 +68,43 @@ def write_playback(
     file = Path(file)
     if file.suffix != ".html":
         raise InputError(f"{file}: a playback ends in .html")
-    unknown = [name for name in drawings if name not in recording.spaces]
-    if unknown:
-        raise InputError(f"drawing of {unknown[0]!r}: the recording's objects are {', '.join(recording.spaces)}")
     if not file.parent.is_dir():
         raise InputError(f"{file}: there is no folder {file.parent}; create it or give another")
-    arm = PlantDrawing(plant) if plant is not None else None
-    _check_positions(recording, arm)
     with quiet():
         meshcat = Meshcat(MeshcatParams(host="127.0.0.1"))
     scene = Scene(meshcat)
     set_stage(scene, camera if camera is not None else Camera())
+    draw_recording(scene, recording, drawings, plant, gap)
+    animation = pack_animation(scene.tracks, RATE, round(recording.duration(gap) * RATE))
+    page = playback_page(
+        meshcat, animation, page_log(recording, drawings, scene, gap), f"{recording.scenario}: playback"
+    )
+    write_whole(file, page)
+
+
+def draw_recording(
+    scene: Scene, recording: Recording, drawings: Mapping[str, Drawing], plant: Diagram | None, gap: float
+) -> None:
+    """Draw everything, and keep all changes in the scene's tracks.
+
+    Args:
+        scene: empty, or with a stage.
+        recording, drawings, plant, gap: as of `write_playback`.
+
+    Raises:
+        InputError: if a drawing is for no object, or the plant doesn't fit the recorded positions.
+    """
+    unknown = [name for name in drawings if name not in recording.spaces]
+    if unknown:
+        raise InputError(f"drawing of {unknown[0]!r}: the recording's objects are {', '.join(recording.spaces)}")
+    arm = PlantDrawing(plant) if plant is not None else None
+    _check_positions(recording, arm)
     if arm is not None:
         arm.setup(scene.under("plant"))
     for name, drawing in drawings.items():
         drawing.setup(scene.under(name))
     for episode, start in zip(recording.episodes, recording.starts(gap), strict=True):
         _record(scene, episode, start, drawings, arm)
-    animation = pack_animation(scene.tracks, RATE, round(recording.duration(gap) * RATE))
-    page = playback_page(
-        meshcat, animation, page_log(recording, drawings, scene, gap), f"{recording.scenario}: playback"
-    )
-    write_whole(file, page)
 
 
 def set_stage(scene: Scene, camera: Camera) -> None:
@@ -107,11 +122,16 @@ def set_stage(scene: Scene, camera: Camera) -> None:
     meshcat.SetProperty("/Lights/SpotLight/<object>", "intensity", 38.0)
     meshcat.SetProperty("/Lights/PointLightNegativeX/<object>", "intensity", 6.0)
     meshcat.SetProperty("/Lights/PointLightPositiveX/<object>", "intensity", 6.0)
+    draw_floor(scene, camera)
+    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=camera.field_of_view, near=0.05, far=30.0))
+    meshcat.SetCameraPose(camera.position, camera.target)
+
+
+def draw_floor(scene: Scene, camera: Camera) -> None:
+    """The floor, where there is one."""
     if camera.ground is not None:
         # A little below, as tables and objects often end exactly at the ground.
         scene.shape("ground", Box(3.6, 2.4, 0.02), FLOOR, RigidTransform([0.5, 0.1, camera.ground - 0.0115]))
-    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=camera.field_of_view, near=0.05, far=30.0))
-    meshcat.SetCameraPose(camera.position, camera.target)
 
 
 def _check_positions(recording: Recording, arm: PlantDrawing | None) -> None:

@@ -75,8 +75,13 @@ def linear_rgb(color: Color) -> FloatArray:
         shape (3,), in 0..1.
     """
     rgba = to_rgba(color)
-    srgb = np.array([rgba.r(), rgba.g(), rgba.b()])
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+    picked = np.array([rgba.r(), rgba.g(), rgba.b()])
+    return np.where(picked <= 0.04045, picked / 12.92, ((picked + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+
+
+def srgb(linear: FloatArray) -> FloatArray:
+    """The color that one sees on a screen, of linear RGB in 0..1; any shape."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0) ** (1 / 2.4) - 0.055)
 
 
 def to_rgba(color: Color) -> Rgba:
@@ -108,7 +113,7 @@ class Scene:
 
     def under(self, name: str) -> Scene:
         """The part of this scene below a path; it keeps its changes with this scene's."""
-        part = Scene(self.meshcat, self._live)
+        part = type(self)(self.meshcat, self._live)
         part._root = f"{self._root}{name}/"
         part._tracks = self._tracks
         return part

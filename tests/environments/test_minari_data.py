@@ -12,9 +12,13 @@ pytest.importorskip("minari", reason="Minari is missing: pip install 'ichain_dra
 import gymnasium
 import minari
 import push_environment
+import yaml
 from push_environment import CrateScenario
 
 import ichain_drake as ic
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.demonstrations.importing import import_logs, parse_map
+from ichain_drake.demonstrations.reading import prepare
 from ichain_drake.environments.minari_data import played_script, write_minari
 
 GOAL = ("crate.x >= 0.7", "not claw->crate")
@@ -40,8 +44,12 @@ def test_pieces_are_episodes_of_the_environment_and_what_was_recorded() -> None:
     assert not all(p.terminated for p in played)
 
 
+def imported(folder: Path) -> list[Demonstration]:
+    return import_logs("minari", folder, parse_map(yaml.safe_load((folder / "map.yaml").read_text()), "map"))
+
+
 @pytest.mark.filterwarnings("ignore:.*is set to None")
-def test_a_data_set_is_written_loaded_and_its_environment_made_again() -> None:
+def test_a_data_set_is_written_loaded_read_as_demonstrations_and_its_environment_made_again(tmp_path: Path) -> None:
     system = {"system": f"{Path(push_environment.__file__)}:CrateScenario", "physics": "environment", "goal": GOAL}
     gymnasium.register("ichain/Crate-v0", "ichain_drake.environments:make_env", kwargs=system)
     env = gymnasium.make("ichain/Crate-v0")
@@ -54,6 +62,13 @@ def test_a_data_set_is_written_loaded_and_its_environment_made_again() -> None:
     np.testing.assert_array_equal(found[0].rewards, played[0].rewards)
     assert bool(found[0].truncations[-1]) != bool(found[0].terminations[-1])
     assert found.recover_environment().unwrapped.scenario.name == "crate"
+    pieces = imported(tmp_path / "ichain" / "crate-v0")
+    names = [*env.unwrapped.observation_names, *[f"command.{n}" for n in env.unwrapped.command_names]]
+    for piece, episode in zip(pieces, played, strict=True):
+        after = np.concatenate([episode.actions, episode.actions[-1:]])
+        np.testing.assert_array_equal(piece.table[names], np.concatenate([episode.observations, after], axis=1))
+        (whole,) = prepare([piece], env.unwrapped.scenario.graph, resampled=False, say=print)
+        whole.check(env.unwrapped.scenario.graph)
     for bad in ("ichain/crate-v0", "no version"):
         with pytest.raises(ic.InputError, match=f"data set '{bad}'"):
             write_minari(env, bad)

@@ -155,7 +155,7 @@ def logs(rng: random.Random, folder: Path) -> list[str]:
     good = b'columns: {"obs/x[0]": hand.x, "/a:b": cup.x, "state[0]": "cup.y [mm]"}\nrate: 20\n'
     bad = (b"columns: 1", b"columns: {}", b"columns: {a: b}", b"rate: -1", good + b"time: 3\n", good + b"rate: x\n")
     chart.write_bytes(rng.choice([good, good, good, *bad, garbage(rng)]))
-    form = rng.choice(["lerobot", "mcap", "robomimic", "ros2", word(rng), ""])
+    form = rng.choice(["lerobot", "mcap", "minari", "robomimic", "ros2", word(rng), ""])
     if rng.random() < 0.3:
         return ["export", form, str(source), "-o", str(folder / "out")]
     more = rng.choice([[], [], ["--resample"], ["--system", word(rng)], ["--system", "kettle"]])

@@ -103,6 +103,18 @@ def hdf5_bytes() -> bytes:
 
 
 @cache
+def minari_bytes() -> bytes:
+    """As Minari lays it out; by its own hand in `test_minari.py`."""
+    h5py = pytest.importorskip("h5py", reason="h5py is missing: pip install 'ichain_drake[logs]'")
+    stream = io.BytesIO()
+    with h5py.File(stream, "w", track_order=True) as file:
+        episode = file.create_group("episode_0")
+        episode.create_dataset("observations/x", data=np.arange(7.0)[:, None], chunks=True, maxshape=(None, 1))
+        episode.create_dataset("actions", data=np.arange(12.0).reshape(6, 2), chunks=True, maxshape=(None, 2))
+    return stream.getvalue()
+
+
+@cache
 def mcap_bytes() -> bytes:
     writer = pytest.importorskip("mcap.writer", reason="mcap is missing: pip install 'ichain_drake[logs]'")
     stream = io.BytesIO()

@@ -62,6 +62,9 @@ def carry_targets(
     wanted = wanted_place(model, carry, start, conditions)
     if wanted is not None and not stays(model, carry, wanted):
         wanted = None
+    back = [start[obj][carry.follow]]
+    if float(model.decide(carry.edge, start)) >= 0 and not stays(model, carry, back[0]):
+        back = []  # it is in hand there
     width = span(model, obj)[carry.follow]
     out, missing = [], [e.missing(model, frames, nodes) for e in enabling]
     for k, (node, places) in enumerate(zip(nodes, known, strict=True)):
@@ -82,7 +85,7 @@ def carry_targets(
             there = np.repeat(node[obj][None], len(found), axis=0)
             there[:, carry.follow] = found
             found = [place for place, ok in zip(found, frames.in_reach(obj, there), strict=True) if ok]
-        out.append(_distinct([*asked, start[obj][carry.follow], *found], here, width))
+        out.append(_distinct([*asked, *back, *found], here, width))
     return out
 
 

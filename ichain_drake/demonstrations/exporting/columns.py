@@ -55,14 +55,15 @@ def by_columns(pieces: Sequence[Demonstration]) -> dict[Columns, list[Demonstrat
     return found
 
 
-def map_text(columns: Mapping[str, str], units: Mapping[str, str], time: str = "") -> bytes:
+def map_text(columns: Mapping[str, str], units: Mapping[str, str], time: str = "", rate: float = 0.0) -> bytes:
     """The mapping file that `ichain import` reads what was written back with.
 
     Args:
         columns: what each source becomes.
         units: of these.
         time: source of the time; empty for what the format says.
+        rate: rows a second [Hz]; 0 for what the format says.
     """
     written = {s: f"{t} [{units[t]}]" if t in units else t for s, t in columns.items()}
-    plain = {"columns": written, **({"time": time} if time else {})}
+    plain = {"columns": written, **({"time": time} if time else {}), **({"rate": rate} if rate else {})}
     return yaml.safe_dump(plain, sort_keys=False, allow_unicode=True).encode()

@@ -1,4 +1,4 @@
-"""Other people's logs as demonstrations (extra `logs`): LeRobot, robomimic, MCAP, ROS 2 bags."""
+"""Other people's logs as demonstrations (extra `logs`): LeRobot, robomimic, Minari, MCAP, ROS 2 bags."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ichain_drake.demonstrations.importing.lerobot import read_lerobot
-from ichain_drake.demonstrations.importing.log_map import LogMap, Source, parse_map
+from ichain_drake.demonstrations.importing.log_map import LogMap, parse_map
 from ichain_drake.demonstrations.importing.mcap_file import read_mcap
+from ichain_drake.demonstrations.importing.minari import read_minari
 from ichain_drake.demonstrations.importing.robomimic import read_robomimic
 from ichain_drake.demonstrations.importing.ros2_bag import read_ros2
+from ichain_drake.demonstrations.importing.sources import Source
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 
 FORMATS: dict[str, Callable[[Path, LogMap], list[Demonstration]]] = {
     "lerobot": read_lerobot,
     "mcap": read_mcap,
+    "minari": read_minari,
     "robomimic": read_robomimic,
     "ros2": read_ros2,
 }

@@ -12,8 +12,9 @@ import numpy as np
 import pandas as pd
 
 from ichain_drake.demonstrations.columns import as_numbers
-from ichain_drake.demonstrations.importing.log_map import LogMap, Source
-from ichain_drake.demonstrations.importing.pieces import check_size, few, pick, piece_of
+from ichain_drake.demonstrations.importing.log_map import LogMap
+from ichain_drake.demonstrations.importing.pieces import check_size, columns_of, few, pick, piece_of
+from ichain_drake.demonstrations.importing.sources import Source
 from ichain_drake.demonstrations.parquet import read_parquet
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
@@ -66,9 +67,11 @@ def read_lerobot(folder: Path, mapping: LogMap) -> list[Demonstration]:
     pieces = []
     for number in sorted(set(every[_EPISODE])):
         episode = every[every[_EPISODE] == number]
-        data = {s: episode[s.text].to_numpy() for s in mapping.columns}
+        name = f"episode_{int(number):06d}"
+        data = {s: episode[s.text].to_numpy() for s in mapping.values}
         times = episode[_FRAME].to_numpy() / rate if mapping.time is None else episode[mapping.time.text].to_numpy()
-        pieces.append(piece_of(f"episode_{int(number):06d}", times, data, mapping))
+        columns = columns_of(data, mapping, f"{folder}: {name}")
+        pieces.append(piece_of(name, times, columns, mapping))
     return pieces
 
 

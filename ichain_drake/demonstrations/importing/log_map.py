@@ -3,43 +3,21 @@
 from __future__ import annotations
 
 import math
-import re
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ichain_drake.demonstrations.columns import TIME
+from ichain_drake.demonstrations.importing.rotations import FORM, Quaternion, parse_rotation
+from ichain_drake.demonstrations.importing.sources import Source, split_target
 from ichain_drake.errors import InputError
 from ichain_drake.files import printable
-from ichain_drake.units import split_unit
 
-_KEYS = ("columns", "rate", "time")
-_TARGET = re.compile(r"[^\s.\[\]<>-]+(\.[^\s.\[\]]+|->[^\s.\[\]<>-]+)")
-_PLACE = re.compile(r"(?P<name>.*?)(?:\[(?P<place>[^\[\]]+)\])?")
-_FORM = 'columns: {"source[0]": "object.variable [unit]", ...}, and where needed rate (Hz) and time (a source)'
-
-
-@dataclass(frozen=True)
-class Source:
-    """One number in every row, or message, of a log.
-
-    Attributes:
-        text: as it was written.
-        name: of the column, data set or field that holds it.
-        place: in that, where it is a vector: a number from 0, or the name of an entry; empty for a plain number.
-    """
-
-    text: str
-    name: str
-    place: str = ""
-
-    @classmethod
-    def parse(cls, text: str) -> Source:
-        """`name` or `name[place]`."""
-        found = _PLACE.fullmatch(text)
-        if found is None or not found["name"]:
-            raise InputError(f"map: {printable(text)!r:.80} is no source; write column, or column[0] for a part of it")
-        return cls(text, found["name"], found["place"] or "")
+_KEYS = ("columns", "rotations", "rate", "time")
+_FORM = (
+    'columns: {"source[0]": "object.variable [unit]", ...}, and where needed rotations (a list), rate (Hz) and time '
+    "(a source)"
+)
 
 
 @dataclass(frozen=True)
@@ -48,20 +26,27 @@ class LogMap:
 
     Attributes:
         columns: what each source becomes: `object.variable`, `command.variable` or `parent->child`, in order.
-        units: of these, where they are said.
+        units: of these, where they are said, and of all angles of rotations.
         rate: rows a second, for logs that don't say it [Hz]; None if it isn't given.
         time: source of the time [s]; None for what the format itself says.
+        rotations: quaternions that become angles.
     """
 
     columns: Mapping[Source, str]
     units: Mapping[str, str]
     rate: float | None = None
     time: Source | None = None
+    rotations: tuple[Quaternion, ...] = ()
+
+    @property
+    def values(self) -> list[Source]:
+        """Everything that becomes something, each once."""
+        return list(dict.fromkeys([*self.columns, *(s for r in self.rotations for s in r.sources)]))
 
     @property
     def sources(self) -> list[Source]:
         """Everything that is read, the time included."""
-        return [*self.columns, *([self.time] if self.time else [])]
+        return [*self.values, *([self.time] if self.time else [])]
 
 
 def parse_map(plain: Any, where: str) -> LogMap:
@@ -74,30 +59,39 @@ def parse_map(plain: Any, where: str) -> LogMap:
     Raises:
         InputError: on another form, a target that is no variable, command or interaction, or one that is named twice.
     """
-    if not isinstance(plain, Mapping) or not isinstance(plain.get("columns"), Mapping) or not plain["columns"]:
+    if not isinstance(plain, Mapping) or not (plain.get("columns") or plain.get("rotations")):
         raise InputError(f"{where}: a map has {_FORM}")
     for key in plain:
         if key not in _KEYS:
             raise InputError(f"{where}: {printable(str(key))!r:.80} is unknown; a map has {_FORM}")
+    written, listed = plain.get("columns", {}), plain.get("rotations", [])
+    if not isinstance(written, Mapping):
+        raise InputError(f"{where}: a map has {_FORM}")
+    if not isinstance(listed, list):
+        raise InputError(f"{where}: rotations is a list of {FORM}")
     columns: dict[Source, str] = {}
     units: dict[str, str] = {}
-    for source, written in plain["columns"].items():
-        if not isinstance(source, str) or not isinstance(written, str):
+    for source, text in written.items():
+        if not isinstance(source, str) or not isinstance(text, str):
             raise InputError(f"{where}: {printable(str(source))!r:.80}: write texts on both sides; {_FORM}")
-        target, unit = split_unit(written)
-        if not _TARGET.fullmatch(target) or target == TIME:
-            raise InputError(
-                f"{where}: {printable(written)!r:.80} is no target; write object.variable [unit], command.variable "
-                "[unit], or parent->child"
-            )
-        if target in columns.values():
-            raise InputError(f"{where}: {target} is named twice; one source makes a column")
-        columns[Source.parse(source)] = target
+        columns[Source.parse(source)], unit = split_target(text, where)
         if unit is not None:
-            units[target] = unit
+            units[columns[Source.parse(source)]] = unit
+    rotations = tuple(parse_rotation(entry, where) for entry in listed)
+    found = Counter([*columns.values(), *(target for r in rotations for target in r.angles.values())])
+    for target, times in found.items():
+        if times > 1:
+            raise InputError(f"{where}: {target} is named twice; one source makes a column")
+    units |= {target: unit for r in rotations for target, unit in r.units.items()}
     rate, time = plain.get("rate"), plain.get("time")
     if rate is not None and (isinstance(rate, bool) or not isinstance(rate, int | float) or not 0 < rate < math.inf):
         raise InputError(f"{where}: rate {printable(str(rate))!r:.40}: give rows a second, a number above 0")
     if time is not None and not isinstance(time, str):
         raise InputError(f"{where}: time {printable(str(time))!r:.40}: give the source that holds it, in seconds")
-    return LogMap(columns, units, None if rate is None else float(rate), None if time is None else Source.parse(time))
+    return LogMap(
+        columns,
+        units,
+        None if rate is None else float(rate),
+        None if time is None else Source.parse(time),
+        rotations,
+    )

@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ichain_drake.demonstrations.importing.log_map import LogMap, Source
+from ichain_drake.demonstrations.importing.log_map import LogMap
 from ichain_drake.demonstrations.importing.pieces import check_size, few, piece_of
+from ichain_drake.demonstrations.importing.rotations import angles_of
+from ichain_drake.demonstrations.importing.sources import Source
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.files import printable
+from ichain_drake.state import FloatArray
 
 _NANO = 1e-9
 
@@ -65,10 +68,16 @@ class MessageTable:
 
     def __post_init__(self) -> None:
         self.wanted: dict[str, list[tuple[Source, tuple[str, ...]]]] = {}
-        for source in self.mapping.columns:
+        for source in self.mapping.values:
             topic, path = topic_and_field(source)
             self.wanted.setdefault(topic, []).append((source, path))
             self._values[source], self._rows[source] = [], []
+        for rotation in self.mapping.rotations:
+            topics = {topic_and_field(source)[0] for source in rotation.sources}
+            if len(topics) > 1:
+                raise InputError(
+                    f"map: {rotation.text} is of {few(sorted(topics))}; a rotation comes in one message, of one topic"
+                )
 
     def note(self, topic: str) -> None:
         """A topic that is there, wanted or not."""
@@ -92,7 +101,7 @@ class MessageTable:
         """The table: a row at each time, empty cells where a topic had no message then.
 
         Raises:
-            InputError: if a topic has no message at all.
+            InputError: if a topic has no message at all, or one without a rotation where there should be one.
         """
         for source, rows in self._rows.items():
             if not rows:
@@ -101,12 +110,20 @@ class MessageTable:
                     f"{few(self._seen)}"
                 )
         times, row_of = np.unique(np.array(self._times), return_inverse=True)
-        values = {}
-        for source, rows in self._rows.items():
-            column = np.full(len(times), np.nan)
-            column[row_of[rows]] = self._values[source]  # of two at one time, the later counts
-            values[source] = column
-        return piece_of(name, times, values, self.mapping)
+        columns = {}
+        for target, (rows, values) in self._found().items():
+            columns[target] = np.full(len(times), np.nan)
+            columns[target][row_of[rows]] = values  # of two at one time, the later counts
+        return piece_of(name, times, columns, self.mapping)
+
+    def _found(self) -> dict[str, tuple[list[int], FloatArray]]:
+        """Of each column the rows in which it has values, and these: rotations are made of whole messages."""
+        values = {source: np.array(found) for source, found in self._values.items()}
+        columns = {target: (self._rows[s], values[s]) for s, target in self.mapping.columns.items()}
+        for rotation in self.mapping.rotations:
+            rows = self._rows[rotation.sources[0]]
+            columns |= {t: (rows, angle) for t, angle in angles_of(rotation, values, self.where).items()}
+        return columns
 
     def _time(self, message: Message) -> float:
         if self.mapping.time is None:

@@ -9,7 +9,9 @@ import numpy as np
 import pandas as pd
 
 from ichain_drake.demonstrations.columns import TIME
-from ichain_drake.demonstrations.importing.log_map import LogMap, Source
+from ichain_drake.demonstrations.importing.log_map import LogMap
+from ichain_drake.demonstrations.importing.rotations import angles_of
+from ichain_drake.demonstrations.importing.sources import Source
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.files import printable
@@ -29,11 +31,13 @@ def pick(values: Any, source: Source, names: Sequence[str], where: str) -> Float
         where: what to call the log in errors.
 
     Raises:
-        InputError: if there is no such place, or the source is a vector and none is said.
+        InputError: if there is nothing, no such place, or the source is a vector and none is said.
     """
     array = np.asarray(values)
     if array.dtype.kind not in "fiub":
         raise InputError(f"{where}: {printable(source.name)} holds no numbers; map another source")
+    if not array.size:
+        raise InputError(f"{where}: {printable(source.name)} has no rows, or nothing in them")
     flat = array.reshape(len(array), -1)
     if not source.place:
         if flat.shape[1] != 1:
@@ -56,18 +60,34 @@ def few(names: Collection[str]) -> str:
     return (", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")) or "nothing"  # noqa: PLR2004 - a line's worth
 
 
-def piece_of(name: str, times: FloatArray, values: Mapping[Source, FloatArray], mapping: LogMap) -> Demonstration:
+def columns_of(values: Mapping[Source, FloatArray], mapping: LogMap, where: str) -> dict[str, FloatArray]:
+    """What sources become, each of shape (n,), by the names of the columns.
+
+    Args:
+        values: of each source, shape (n,).
+        mapping: says what they become.
+        where: what to call the log in errors.
+
+    Raises:
+        InputError: if there should be a rotation and is none.
+    """
+    columns = {target: values[source] for source, target in mapping.columns.items()}
+    for rotation in mapping.rotations:
+        columns |= angles_of(rotation, values, where)
+    return columns
+
+
+def piece_of(name: str, times: FloatArray, columns: Mapping[str, FloatArray], mapping: LogMap) -> Demonstration:
     """One piece, its time from 0.
 
     Args:
         name: of it.
         times: [s], shape (n,).
-        values: of each source, shape (n,).
-        mapping: says what they become.
+        columns: as `columns_of` gives them, shape (n,).
+        mapping: says their units.
     """
     start = times[0] if len(times) else 0.0
-    table = {TIME: times - start, **{target: values[source] for source, target in mapping.columns.items()}}
-    return Demonstration(pd.DataFrame(table), dict(mapping.units), name)
+    return Demonstration(pd.DataFrame({TIME: times - start, **columns}), dict(mapping.units), name)
 
 
 def check_size(rows: int, mapping: LogMap, where: str) -> None:
@@ -76,5 +96,6 @@ def check_size(rows: int, mapping: LogMap, where: str) -> None:
     Raises:
         InputError: says how much it is.
     """
-    if rows * (len(mapping.columns) + 1) > MOST_CELLS:
-        raise InputError(f"{where}: {rows} rows of {len(mapping.columns)} columns are too many; split it")
+    columns = len(mapping.values)
+    if rows * (columns + 1) > MOST_CELLS:
+        raise InputError(f"{where}: {rows} rows of {columns} columns are too many; split it")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -9,7 +10,9 @@ import numpy as np
 from ichain_drake.control.tracking.chain import ChainController
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.control.tracking.systems import PathController
+from ichain_drake.errors import InputError
 from ichain_drake.learning.chain.chain import LearnedChain
+from ichain_drake.objects.rows import NotTogetherError
 from ichain_drake.runs.paths.following import (
     follow,
     measure_result,
@@ -80,8 +83,11 @@ def _many(
                 measure_result(scenario, name, path, log, arrival, number)
                 for scenario, (log, arrival) in zip(scenarios, runs, strict=True)
             ]
-        except Exception:  # whatever it is, of a user's own object for instance: each run alone will show it, if it can
+        except (NotTogetherError, InputError):
             together = []
+        except Exception as error:  # whatever it is, of a user's own object for instance: each run alone will show it
+            together, why = [], f"{type(error).__name__}: {error}"
+            warnings.warn(f"runs are calculated one by one: together they end in {why}", stacklevel=4)
         if together and _same(together[0], found[0]):
             return found + together[1:]
     return found + [_tried(alone, scenario) for scenario in others]

@@ -51,13 +51,18 @@ def test_a_cup_of_hot_water_is_poured_heated_dispensed_and_brought_back(model: I
 def test_what_would_fall_is_held_in_the_end_as_it_was_held(model: InteractionModel, start: States) -> None:
     """Nobody ever let go of the cup in the air."""
     goal = parse_goal(["cup.z >= 0.3", "tank.temperature >= 0.5"], model, start)
-    found = GraphPlanner(model).plan(start, goal)
+    planner = GraphPlanner(model)
+    found = planner.plan(start, goal)
     assert isinstance(found, Plan), found
     assert [s.release for s in found.steps] == [*[True] * (len(found.steps) - 1), False]
     end = found.steps[-1].predicted
     assert end["cup"][2] >= 0.3
     assert model.decide(Interaction("hand", "cup"), end) >= 0
-    refused = GraphPlanner(model).plan(start, parse_goal(["cup.z >= 0.3", "not hand->cup"], model, start))
+    # From there: it is put down, for the hand is needed, and taken again; where it hung it can't be let go of.
+    onward = planner.plan(end, parse_goal(["cup.z >= 0.3", "tank.temperature >= 0.9"], model, end))
+    assert isinstance(onward, Plan), onward
+    assert [s.release for s in onward.steps] == [*[True] * (len(onward.steps) - 1), False]
+    refused = planner.plan(start, parse_goal(["cup.z >= 0.3", "not hand->cup"], model, start))
     assert isinstance(refused, NoPlan)
 
 

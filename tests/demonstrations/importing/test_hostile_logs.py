@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from damage import altered, damaged, hdf5_bytes, mcap_bytes
+from damage import altered, damaged, hdf5_bytes, mcap_bytes, minari_bytes
 from hostile import survives, tried
 from lerobot_set import data_set
 from small_bag import write_bag
@@ -18,15 +18,22 @@ from ichain_drake.demonstrations.importing import import_logs, parse_map
 from ichain_drake.scenarios.yaml_text import read_yaml
 
 LOG_MAP = parse_map({"columns": {"obs/x[0]": "arm.x", "actions[1]": "command.x"}, "rate": 3}, "map")
+EPISODES = parse_map({"columns": {"observations/x[0]": "arm.x", "actions[1]": "command.x"}, "rate": 3}, "map")
 TOPICS = parse_map({"columns": {"/arm:x": "arm.x", "/kart:list[0]": "kart.place"}}, "map")
 STATE = parse_map({"columns": {"observation.state[y]": "cup.y [mm]", "done": "cup.full"}}, "map")
 CUP = parse_map({"columns": {"/cup:point.x": "cup.x [m]", "/level:data": "cup.level"}}, "map")
 MAP = {"columns": {"obs/x[0]": "arm.x [mm]", "/kart:list[0]": "kart.place"}, "rate": 3, "time": "header.stamp"}
+MAP["rotations"] = [{"xyzw": ["a[0]", "a[1]", "a[2]", "a[3]"], "roll": "arm.roll [rad]", "yaw": "arm.yaw [deg]"}]
 
 
 def hdf5(rng: random.Random, place: Path) -> None:
     (place / "a.hdf5").write_bytes(damaged(rng, hdf5_bytes()))
     tried(lambda: import_logs("robomimic", place / "a.hdf5", LOG_MAP))
+
+
+def minari(rng: random.Random, place: Path) -> None:
+    (place / "a.hdf5").write_bytes(damaged(rng, minari_bytes()))
+    tried(lambda: import_logs("minari", place / "a.hdf5", EPISODES))
 
 
 def mcap(rng: random.Random, place: Path) -> None:
@@ -65,12 +72,12 @@ def bags(rng: random.Random, place: Path) -> None:
 
 def maps(rng: random.Random, place: Path) -> None:
     tree = json.loads(json.dumps(MAP))
-    altered(rng, tree, "columns", "arm.x", "a[0]", "[", "x [mm]", "rate")
+    altered(rng, tree, "columns", "rotations", "wxyz", "arm.x", "a[0]", "[", "x [mm]", "rate")
     data = damaged(rng, json.dumps(tree).encode()) if rng.random() < 0.5 else json.dumps(tree).encode()
     tried(lambda: parse_map(read_yaml(data.decode(errors="replace"), "map"), "map"))
 
 
-@pytest.mark.parametrize("reader", [hdf5, mcap, lerobot, bags, maps], ids=lambda r: r.__name__)
+@pytest.mark.parametrize("reader", [hdf5, minari, mcap, lerobot, bags, maps], ids=lambda r: r.__name__)
 def test_nothing_but_a_result_or_one_line(reader: Callable[[random.Random, Path], None], tmp_path: Path) -> None:
     survives(reader, tmp_path)
     assert {f.name for f in tmp_path.iterdir()} <= {"a.hdf5", "a.mcap", "good", "set", "bag", "a.db3"}

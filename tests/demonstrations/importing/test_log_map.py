@@ -2,7 +2,7 @@
 
 import pytest
 
-from ichain_drake.demonstrations.importing.log_map import Source, parse_map
+from ichain_drake.demonstrations.importing import Source, parse_map
 from ichain_drake.errors import InputError
 
 

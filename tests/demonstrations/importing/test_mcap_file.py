@@ -1,10 +1,10 @@
 """MCAP with messages of JSON and of ROS 2, as their own libraries write them; and MCAP that is not meant well."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from small_mcap import write_json
 
 from ichain_drake.demonstrations.importing import import_logs, mcap_file, parse_map
 from ichain_drake.errors import InputError
@@ -29,20 +29,6 @@ MSG: geometry_msgs/Point
 float64 x
 float64 y
 """
-
-
-def write_json(file: Path, messages: list[tuple[str, int, object]], encoding: str = "json", **options: object) -> Path:
-    from mcap.writer import Writer
-
-    with file.open("wb") as stream:
-        writer = Writer(stream, **options)
-        writer.start()
-        topics = {t: writer.register_channel(t, encoding, 0) for t, _, _ in messages}
-        for topic, time, content in messages:
-            data = content if isinstance(content, bytes) else json.dumps(content).encode()
-            writer.add_message(topics[topic], log_time=time, publish_time=time, data=data)
-        writer.finish()
-    return file
 
 
 def write_ros2(file: Path) -> Path:

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from lamp import LampScenario
+from rrd import read_rrd
 
 import ichain_drake as ic
 from ichain_drake.control.execution.tasks import Mode
@@ -20,6 +21,7 @@ from ichain_drake.runs.goals.output import (
     write_graph_pictures,
     write_graph_recording,
 )
+from ichain_drake.runs.output import write_rerun_of
 from ichain_drake.simulation.episode import EpisodeLog
 
 FRAMES = 4
@@ -154,3 +156,25 @@ def test_a_run_of_two_frames_has_a_timeline_and_one_of_one_has_none(
         run.log = EpisodeLog(log.times[:frames], *first.values(), log.command[:frames])
         run.doing = {k: v[:frames] for k, v in doing.items()}
         assert write_graph_pictures(run, tmp_path) == drawn == [tmp_path / "timeline.png"] * (frames - 1)
+
+
+def test_a_recording_for_rerun_has_what_was_measured_commanded_and_done(
+    run: ic.GraphRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("rerun", reason="rerun is missing: pip install 'ichain_drake[rerun]'")
+    for name, nothing in (("drawings", {}), ("drawn_plant", None), ("view", None)):  # a lamp that nobody draws
+        monkeypatch.setattr(run.scenario, name, lambda nothing=nothing: nothing, raising=False)
+    write_rerun_of(run, tmp_path / "run.rrd")
+    found = read_rrd(tmp_path / "run.rrd")
+
+    def values(entity: str) -> list[float]:
+        times, rows = found[entity, "Scalars:scalars"]
+        np.testing.assert_allclose(times, np.arange(FRAMES) / 30, atol=1e-9)
+        return [row[0] for row in rows]
+
+    assert values("/true/dimmer/x") == [0.35, 0.45, 0.45, 0.45]
+    assert values("/measured/dimmer/x") == [9.0] * FRAMES
+    assert values("/command/x") == [0.0] * FRAMES
+    assert values("/active/switch->lamp") == [0, 1, 1, 0]
+    assert [row[0] for row in found["/log/controller", "TextLog:text"][1]] == shown(run)["controller"]
+    assert len(found["/log/plan step", "TextLog:text"][1]) == 4
