@@ -1,12 +1,16 @@
 """What is beside something that always stood in one place: the roles say that it is beside it elsewhere, too."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
+import pytest
 
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import learn_interactions
-from ichain_drake.learning.status.relative import rested
+from ichain_drake.learning.status.inputs import PlaceInput, RelativeInput
+from ichain_drake.learning.status.relative import relative_if_as_good, rested
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -61,3 +65,26 @@ def test_what_stands_is_read_with_less_noise_and_what_moves_as_it_is() -> None:
     out = rested(values, np.zeros(80, dtype=np.intp), np.array([NOISE]))
     assert out[:35].std() < 0.5 * NOISE
     np.testing.assert_array_equal(out[46:], values[46:])
+
+
+@pytest.mark.parametrize("at", [-3.0, 0.0, 5.0])
+def test_what_stands_still_does_so_wherever_it_is(at: float) -> None:
+    values = at + np.random.default_rng(1).normal(0.0, NOISE, (60, 1))
+    out = rested(values, np.zeros(60, dtype=np.intp), np.array([NOISE]))
+    assert out.std() < 0.6 * NOISE
+    assert out.mean() == pytest.approx(at, abs=NOISE)
+
+
+@pytest.mark.parametrize(("gains", "relative"), [([1.0, 0.2], True), ([1.0] * 8, False), ([-1.0], True)])
+def test_a_place_is_kept_only_where_it_is_surely_better(gains: list[float], relative: bool) -> None:
+    """By two standard errors: a little better in a few pieces is chance, and roles say what holds elsewhere."""
+    place, beside = object.__new__(PlaceInput), object.__new__(RelativeInput)
+    object.__setattr__(place, "obj", "lamp")
+    object.__setattr__(beside, "edge", Interaction("robot", "lamp"))
+    object.__setattr__(beside, "alignment", SimpleNamespace(rows=5))
+    at, off = SimpleNamespace(item=place), SimpleNamespace(item=beside)
+    choice = SimpleNamespace(
+        piece=np.arange(len(gains)), left_out=lambda chosen: np.array(gains) * (at in chosen)
+    )  # fmt: skip
+    found, _ = relative_if_as_good(choice, [at], [at, off])  # type: ignore[arg-type, list-item]
+    assert found == ([off] if relative else [at])
