@@ -2,7 +2,7 @@
 
 import ast
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -131,3 +131,11 @@ def test_they_are_listed_by_the_command(capsys):
 def test_the_command_asks_for_a_scenario(capsys):
     assert main(["settings"]) == 2
     assert "name a scenario from `ichain list`, or give --constants" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "least"),
+    [("execution", "slack_noises", 0.5), ("execution", "corrected", 1), ("planning", "nodes", 1)],
+)
+def test_a_setting_may_be_as_small_as_it_makes_sense(part: str, name: str, least: float):
+    check_settings(replace(constants()[part], **{name: least}))

@@ -1,11 +1,13 @@
 """What a report warns of: an interaction that was rarely seen to switch, is told badly, or does nothing."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import small_job
 
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.report import _passive_detail
 from ichain_drake.learning.settings import LEARNING
 
 EDGE = Interaction.parse("tap->box")
@@ -35,3 +37,15 @@ def test_a_status_that_is_told_badly_in_rows_or_at_switches_is_warned_of(
 def test_an_interaction_without_effects_is_warned_of() -> None:
     assert f"{EDGE.name}: active without any visible effect on box" in warnings(effects=False)
     assert f"{EDGE.name}: active without" not in warnings()
+
+
+def test_a_rest_value_is_told_and_of_what_drifts_by_what_it_does() -> None:
+    space = SimpleNamespace(names=("x", "y"))
+    rests, keeps = (SimpleNamespace(kind=k, value=0.5, drift=None, inputs=()) for k in ("constant", "hold"))
+    drift = SimpleNamespace(estimator="line", explained=0.75)
+    drifts = SimpleNamespace(kind="hold", value=0.0, drift=drift, inputs=(1,))
+    assert _passive_detail(SimpleNamespace(space=space), rests) == {"value": 0.5}
+    assert _passive_detail(SimpleNamespace(space=space), keeps) == {}
+    assert _passive_detail(SimpleNamespace(space=space), drifts) == {
+        "columns": ["y"], "estimator": "line", "score": 0.75,
+    }  # fmt: skip

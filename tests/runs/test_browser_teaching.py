@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -267,3 +268,33 @@ def test_a_killed_session_loses_at_most_a_second(tmp_path):
     (piece,) = PieceRecorder(choose_seat(scenario), scenario.graph, tmp_path, {}).recovered
     assert frames - 10 * len(piece) <= 30
     assert len(read_demonstrations(tmp_path, scenario.graph)) == 1
+
+
+def test_every_start_has_noise_of_its_own_until_the_numbers_come_round():
+    class StartedError(Exception):
+        pass
+
+    def world(number):
+        numbers.append(number)
+        raise StartedError
+
+    numbers = []
+    session = SimpleNamespace(_restarts=0, _seat=SimpleNamespace(world=world))
+    for _ in range(51):
+        with pytest.raises(StartedError):
+            TeachingSession._start(session)
+    assert numbers == [*range(950, 1000), 950]
+
+
+def test_the_page_tells_how_long_a_piece_is_from_its_first_frame_on():
+    shown = []
+    piece = SimpleNamespace(name="p", first=20, rows=lambda count: 1)
+    session = SimpleNamespace(
+        pieces=SimpleNamespace(open=piece, saved=[], edges=()), clock=SimpleNamespace(late=0), _notice="", _count=26,
+        _alarm=lambda: "",
+        view=SimpleNamespace(
+            controls=SimpleNamespace(device="keys"), page=SimpleNamespace(show=lambda *args: shown.append(args[2]))
+        ),
+    )  # fmt: skip
+    TeachingSession._tell(session)
+    assert shown[0]["piece"] == "p, 0.2 s, 1 rows"

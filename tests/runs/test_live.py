@@ -1,9 +1,12 @@
 """Who watches a run changes nothing; who adjusts it changes what the slider says, and can stop it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from ichain_drake.control.tracking.path import TimedPath
+from ichain_drake.runs import live
 from ichain_drake.runs.live import LiveRun
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode
@@ -117,3 +120,14 @@ def test_live_run_begins_shows_and_ends_without_a_browser(scenario):
 def test_a_goal_scenario_lets_its_goal_be_moved():
     names = [a.name for a in load_scenario("water_dispenser", (), "ideal", 0).adjustables()]
     assert names[-2:] == ["cup.water >=", "cup.temperature >="]
+
+
+def test_speed_is_that_since_the_episode_began(monkeypatch):
+    monkeypatch.setattr(live.time, "monotonic", lambda: 104.0)
+    shown = []
+    run = SimpleNamespace(
+        _start=(1.0, 100.0), _in_force={}, _adjustables=(), _clock=None, _line="goes",
+        view=SimpleNamespace(page=SimpleNamespace(show=lambda *args: shown.append(args))),
+    )  # fmt: skip
+    LiveRun._tell(run, 9.0)
+    assert shown[0][2] == {"time": "9.0 s", "speed": "2.0 x real time"}

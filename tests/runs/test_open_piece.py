@@ -11,6 +11,7 @@ import pytest
 from ichain_drake.cli.main import main
 from ichain_drake.demonstrations import TIME, Demonstration, read_demonstration
 from ichain_drake.errors import InputError
+from ichain_drake.runs import open_piece
 from ichain_drake.runs.open_piece import OpenRecord, OpenScript, flags, left_behind
 from ichain_drake.runs.pieces import record_pieces
 from ichain_drake.simulation import noting
@@ -162,3 +163,19 @@ def test_a_piece_after_one_for_which_there_was_no_room_is_noted_again(
     assert (script.rows, [f.name for f in tmp_path.iterdir()]) == (3, [".second.open"])
     script.close()
     assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_cannot_be_read_hides_none_of_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files = [tmp_path / f".{name}{open_piece._ENDING}" for name in "ab"]
+    for file in files:
+        file.touch()
+
+    def read(file: Path) -> str:
+        if file == files[0]:
+            raise ValueError("torn")
+        return "a piece"
+
+    monkeypatch.setattr(open_piece, "_is_written", lambda file: False)
+    monkeypatch.setattr(open_piece, "_read", read)
+    assert left_behind(tmp_path) == [(files[1], "a piece")]
+    assert files[0].exists()

@@ -77,7 +77,7 @@ def _line(residual: Residual, features: Features, i: int, ok: NDArray[np.intp], 
     """A constant, then one input after the other while each pays; None if none of them is worth more than `least`."""
     usable = [k for k in range(features.values.shape[1]) if np.ptp(features.values[ok, k]) > 1e-9]
     if residual.constants[i] is not None:  # without memory its own past tells only what its parents did then
-        usable = [k for k in usable if k != features.own.get(i, -1)]
+        usable = [k for k in usable if k != features.own.get(i)]
     chosen: tuple[int, ...] = ()
     best: VariableEffect | None = None
     left = residual.values[ok, i]

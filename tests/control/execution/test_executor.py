@@ -1,10 +1,14 @@
 """Execution on a second, small graph: no word of it is known to the controller."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from small_job import GRAPH, SmallWorld, drive, executor, fresh, readings
 
-from ichain_drake.control.execution.executor import ExecutorSettings, Memory
+from ichain_drake.control.execution.carried import Carried
+from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
 
 FILL = ["box.water >= 0.4", "not hand->box"]
@@ -133,3 +137,11 @@ def test_the_same_readings_give_the_same_commands(seed: int) -> None:
     np.testing.assert_array_equal(ends[0][0], ends[1][0])
     for name in GRAPH.objects:
         np.testing.assert_array_equal(ends[0][1][name], ends[1][1][name])
+
+
+def test_what_is_seen_to_follow_while_a_task_goes_on_is_held_from_then_on() -> None:
+    run: Any = SimpleNamespace(_view=lambda memory: SimpleNamespace(averaged=lambda: {"box": np.arange(3.0)}))
+    memory: Any = SimpleNamespace(carried=Carried())
+    for followed, following in ((False, ""), (True, "box")):
+        kept = Executor._kept(run, memory, SimpleNamespace(followed=followed), "box", done=False)  # type: ignore[arg-type]
+        assert kept.following == following

@@ -35,6 +35,7 @@ def test_held_off_its_place_it_still_goes_along() -> None:
 
 def test_what_stays_does_not() -> None:
     assert goes_along(model(), EDGE, readings(WAY, [0.3] * 5)) is False
+    assert not strays(model(), EDGE, readings(WAY, [0.3] * 5)), "its parent left it"
 
 
 def test_the_newest_clear_motion_decides() -> None:

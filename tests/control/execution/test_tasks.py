@@ -66,3 +66,8 @@ def test_looking_takes_so_many_ticks() -> None:
     assert look.act(seen) == DONE
     assert Look(None).ticks == 3
     assert look.mode == Mode.LOOK
+
+
+def test_each_mode_is_told_by_a_number_of_its_own() -> None:
+    """They are what the port says, and what a recording of it holds."""
+    assert [int(Mode[name]) for name in Mode.__members__] == list(range(8))

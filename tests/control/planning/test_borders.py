@@ -3,9 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from toy_models import TAP_START, tap
 
-from ichain_drake.control.planning.borders import crossed, find_borders
+from ichain_drake.control.planning.borders import active_samples, crossed, find_borders
 from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.enabling import find_enabling
 from ichain_drake.control.planning.frames import Frames
@@ -54,6 +55,7 @@ def test_a_drive_stops_there_and_not_at_the_brim() -> None:
 def test_where_a_series_passes_a_value() -> None:
     assert crossed(np.array([0.0, 1.0, 3.0]), 2.0) == (2, 0.5)
     assert crossed(np.array([2.0, 1.0]), 2.0) is None  # it begins there
+    assert crossed(np.array([2.0, 1.0, 0.5]), 2.0) is None
     assert crossed(np.array([0.0, 1.0]), 2.0) is None
 
 
@@ -89,3 +91,21 @@ def test_a_place_and_an_opening_that_one_motion_changes_are_wanted_together() ->
     wanted = carry_targets(model, carry, [start], start, goal.conditions)[0][0]
     assert wanted[1] == 0.4
     assert abs((wanted[0] - wanted[1]) - (start["cup"][0] - start["cup"][1])) < 1e-6 or wanted[0] - 0.4 in carry.places
+
+
+def test_what_the_classifier_denies_is_no_example_however_near_it_is() -> None:
+    model = tap()
+    every = len(model.edges[FALL].examples.active["cup"])
+    for decisions, count in ((0.0, every), (-0.5, 0), (-1e-9, 0)):
+        model.gates[FALL] = lambda s, d=decisions: np.full(len(s["cup"]), d)
+        assert len(active_samples(model, FALL)["cup"]) == count
+
+
+def test_an_object_is_brought_beside_the_other_end_of_an_interaction_that_looks_at_both(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The tank can't be brought to the cup: the cup's place is one beside the tank."""
+    monkeypatch.setattr(Frames, "is_relative", lambda self, edge: True)
+    model = tap()
+    (found,) = find_enabling(model, find_carries(model)[0])
+    assert (found.edge, found.anchor) == (FALL, "tank")

@@ -37,3 +37,9 @@ def test_a_motion_ends_where_its_object_is_lost_but_while_it_is_taken_anew(step:
     run = asked(motions=[SimpleNamespace(edge=PRESS)] * 3, away=np.zeros(3, dtype=bool))
     run.lost[1] = PRESS  # it was out of reach from the first
     assert MotionRun.check(run, {PRESS: np.ones(3, dtype=bool)}, step, BEGIN).tolist() == [True, False, True]
+
+
+def test_the_robot_is_where_it_holds_after_its_ramp() -> None:
+    run: Any = SimpleNamespace(ramp=np.array([0, 1, 2, 4]), first=np.zeros((4, 1)), hold=np.ones((4, 1)))
+    np.testing.assert_allclose(Run.robot(run, 0)[:, 0], [1.0, 1.0, 0.5, 0.25])
+    np.testing.assert_allclose(Run.robot(run, 3)[:, 0], 1.0)

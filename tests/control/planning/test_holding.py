@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ichain_drake.control.planning.holding import can_hold, hold_probability, taken_as
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.rules import without
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
@@ -40,6 +41,9 @@ def test_the_likeliest_grasp_goes_along_with_the_object_and_what_is_in_its_way_i
     np.testing.assert_allclose(hold_probability(model(), HOLD, at(0.0, 1.0, 1.95, 2.5)), [0.95, 0.95, 0.75, 0.0])
     assert can_hold(model(), HOLD, at(1.0, 2.5)).tolist() == [True, False]
     assert hold_probability(model(), HOLD, []).shape == (0,)
+    just = model()
+    just.probability = lambda edge, states: np.full(len(states["ball"]), PLANNING.likely)
+    assert can_hold(just, HOLD, at(1.0)).tolist() == [True], "as likely as is asked for"
 
 
 @pytest.mark.parametrize("known", ["place", "grasp", "rule"])

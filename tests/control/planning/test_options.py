@@ -10,6 +10,7 @@ from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.options import _quiet_row, _shown, _unseen, find_drives
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.rules import without
 from ichain_drake.state import Role, StateSpace, Variable
 
 CARRY = Interaction("robot", "cup")
@@ -197,3 +198,15 @@ def test_a_quiet_beginning_is_placed_where_its_object_is_too() -> None:
     drive = replace(found, before=before, others=none).placed(Frames(learned), {"bell": np.array([0.5, 0.0])})
     assert drive is not None
     np.testing.assert_allclose([drive.hold["robot"][0], drive.before["robot"][0]], [0.5, 0.2])
+
+
+def test_how_near_a_quiet_pose_is_counts_by_the_range_of_each_variable() -> None:
+    """Off by .2 of .5 m it is farther away than by .5 of 2 rad."""
+    seen = model([[0.5, 0.0]], roles=False)
+    seen.low = {"cup": np.zeros(2), "robot": np.zeros(1)}
+    seen.high = {"cup": np.array([0.5, 2.0]), "robot": np.ones(1)}
+    poses = np.array([[0.3, 1.0], [0.1, 1.0], [0.3, 0.5]])
+    known = CarryOption(CARRY, np.array([0, 1]), poses)
+    batch = {"cup": poses, "robot": np.zeros((3, 1))}
+    with without(["unseen"]):
+        assert _quiet_row(seen, known, batch, np.array([False, True, True]), 0) == 2  # type: ignore[arg-type]

@@ -1,16 +1,20 @@
 """Where a carried object may be brought: as the goal wants it, and along the places that are known."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from toy_models import LAMP_START, TAP_START, lamp, tap
 
-from ichain_drake.control.planning.carries import find_carries
+from ichain_drake.control.planning.carries import CarryOption, find_carries
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.places import _acts_on_goal, _along, _distinct, wanted_place
+from ichain_drake.control.planning.places import _acts_on_goal, _along, _distinct, carry_targets, wanted_place
 from ichain_drake.control.planning.plan import Condition
 from ichain_drake.control.settings import PLANNING
+from ichain_drake.graph import Interaction
+
+FALL, TAKE = Interaction("tank", "cup"), Interaction("robot", "cup")
 
 
 @pytest.mark.parametrize(
@@ -67,3 +71,29 @@ def test_places_that_are_as_good_as_the_same_are_one_and_where_it_is_now_is_none
     found = [here + 0.9 * same, far, far + 0.9 * same, far + [0.0, 1.1 * same[1]], far - [1.1 * same[0], 0.0]]
     kept = _distinct(found, here, width)
     np.testing.assert_allclose(kept, [found[1], found[3], found[4]])
+
+
+def test_a_carried_object_may_be_brought_where_it_takes_part_and_where_it_does_not() -> None:
+    """Water falls at 1, where the cup was let go of before; elsewhere it is out of the way."""
+    model = tap()
+    (carry,) = find_carries(model)
+    (targets,) = carry_targets(model, carry, [TAP_START], TAP_START, ())  # type: ignore[list-item, arg-type]
+    np.testing.assert_allclose(sorted(t[0] for t in targets), [0.0, 1.0])
+    model.gates[FALL] = lambda s: np.full(len(s["cup"]), -1.0)
+    (targets,) = carry_targets(model, carry, [TAP_START], TAP_START, ())  # type: ignore[list-item, arg-type]
+    np.testing.assert_allclose([t[0] for t in targets], [0.0])
+
+
+@pytest.mark.parametrize(("share", "goes_along"), [(0.01, False), (0.5, True)])
+def test_what_is_not_asked_for_goes_along_only_where_the_motion_clearly_moves_it(
+    share: float, goes_along: bool
+) -> None:
+    model = tap()
+    model.acts[TAKE] = lambda p, q, c: (q[..., :1] - p[..., :1]) * np.array([1.0, share])
+    model.edges[TAKE].effects.append(SimpleNamespace(variable=1))
+    model.low["cup"], model.high["cup"] = np.zeros(2), np.array([4.0, 1.0])
+    carry = CarryOption(TAKE, np.array([0, 1]), np.array([[0.5, 0.3]]))
+    start = {**TAP_START, "cup": np.array([0.0, 0.1])}
+    found = wanted_place(model, carry, start, [Condition("cup", "x", 0.39, 0.41)])  # type: ignore[arg-type]
+    assert found is not None
+    np.testing.assert_allclose(found, [0.4, 0.3 - 0.1 * share * goes_along])

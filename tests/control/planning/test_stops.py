@@ -46,6 +46,7 @@ def test_a_drive_may_end_at_the_first_step_in_which_a_condition_holds() -> None:
     ]
     assert find_stops(run(), [of(4.0, np.inf)], []) == FULL, "that is where it ends anyway"
     assert find_stops(run(), [of(-np.inf, 0.2)], []) == FULL, "it held from the first"
+    assert find_stops(run(), [of(-0.2, 0.6)], []) == FULL, "and so did a narrow one, though its middle is passed"
 
 
 def test_a_range_that_lies_between_two_steps_is_met_in_its_middle_and_a_wide_one_where_it_begins() -> None:

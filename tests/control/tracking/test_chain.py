@@ -2,12 +2,20 @@
 
 import itertools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from ichain_drake.control.tracking.chain import METHODS, ChainController, ControlCandidates, make_controller
+from ichain_drake.control.tracking.chain import (
+    METHODS,
+    ChainController,
+    Choice,
+    ControlCandidates,
+    _best,
+    make_controller,
+)
 from ichain_drake.control.tracking.levels import InverseLevel, PredictiveLevel
 from ichain_drake.control.tracking.path import PathLimits, TimedPath, path_error
 from ichain_drake.control.tracking.validation import make_cases, validation_error
@@ -168,3 +176,10 @@ def test_what_can_not_be_controlled_or_validated_is_refused(chain: LearnedChain)
         make_cases(chain, LIMITS, 4, 400, seed=0)
     with pytest.raises(InputError, match="no part of the demonstrations of sled can be a validation path"):
         make_cases(chain, PathLimits(speed=1e4), 4, 20, seed=0)
+
+
+def test_without_validation_inverses_are_chosen_by_their_score_and_weights_in_the_middle() -> None:
+    scored = [Choice(str(s), np.nan, SimpleNamespace(score=s)) for s in (0.9, 0.2, 0.5)]  # type: ignore[arg-type]
+    assert _best(scored).label == "0.9"
+    assert _best([Choice(name, np.inf) for name in "abc"]).label == "b"
+    assert _best([Choice("a", np.inf), Choice("b", 2.0), Choice("c", 1.0)]).label == "c"

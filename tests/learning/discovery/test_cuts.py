@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.learning.discovery import cuts
 from ichain_drake.learning.discovery.cuts import cut_pieces
 from ichain_drake.runs.discovery_scores import joined
 from ichain_drake.timing import TICK
@@ -82,3 +83,12 @@ def test_flags_go_along() -> None:
     flags = pd.concat([p.table[["hand->lever"]] for p in PIECES], ignore_index=True)
     found = cut_pieces([with_table(LOG.table.assign(**flags))], bath_log.GRAPH)
     np.testing.assert_array_equal(found.pieces[2].table["hand->lever"], PIECES[2].table["hand->lever"])
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_without_noise_equal_readings_are_no_repetition(noise: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What does the same again comes by the same readings, where nothing blurs them."""
+    monkeypatch.setattr(cuts, "column_noise", lambda logs, graph: dict.fromkeys(LOG.table.columns[1:], noise))
+    table = pd.concat([LOG.table[:20], LOG.table[10:20], LOG.table[20:40]], ignore_index=True)
+    found = cut_pieces([with_table(table.assign(time=TICK * np.arange(50)))], bath_log.GRAPH)
+    assert len(found.left_out) == (noise > 0)

@@ -89,3 +89,23 @@ def test_evidence_is_that_of_what_bounds_leave_of_the_predicted_change() -> None
     assert predicted[0, 0] == pytest.approx(0.1, abs=0.005)
     assert np.abs(predicted[2:]).max() < 4 * NOISE
     np.testing.assert_allclose(evidence, made.evidence(predicted[:, 0], 0, NOISE))
+
+
+def test_what_leaves_a_bound_shows_an_effect() -> None:
+    """A tank that fills from empty in one tick, and is emptied in the next."""
+    change = np.where(np.arange(TICKS) % 2 == 0, 5.0, -5.0)
+    rows = np.arange(TICKS) % 2 == 0
+    (effect,) = fit_effects(residual(change, start=0.0), rows, features(columns()))
+    assert effect.columns == ()
+    assert effect.coefficients == pytest.approx([5.0], abs=0.01)
+
+
+def test_what_roles_declare_is_as_uncertain_as_the_ticks_in_which_it_acts() -> None:
+    """Where it does nothing, nothing is left to explain."""
+    rng, x = np.random.default_rng(3), columns()
+    acts = np.arange(TICKS) % 4 == 0
+    x[:, 0] = np.where(acts, x[:, 0], 0.0)
+    change = x[:, 0] + np.where(acts, 2.0 * NOISE * rng.choice([-1.0, 1.0], TICKS), 0.0)
+    (effect,) = fit_effects(residual(change), np.ones(TICKS, dtype=bool), features(x, (0,)))
+    assert effect.declared
+    assert effect.std > 2.0 * NOISE

@@ -166,3 +166,12 @@ def test_the_longest_open_stretches_come_first() -> None:
     rows = np.array([1, 1, 0, 1, 0, 1, 1, 1, 0, 1, 1, 1, 1], dtype=bool)
     assert open_stretches(rows, 3) == [(9, 13), (5, 8), (0, 2)]
     assert open_stretches(~rows, 1) == [(2, 3)]
+
+
+def test_the_first_stretch_of_a_grip_is_one_like_any_other() -> None:
+    grip = ((np.arange(ROWS) // 40) % 2 == 0).astype(float)
+    said = np.zeros(ROWS - 1)
+    said[5:10] = 2.0  # together it is clear
+    on = flags(log(grip), term(log(grip), said, {"hand.grip": (0.5, np.inf), "hand at table x": (-0.5, np.inf)}))
+    assert on[HAND].on[:40].all()
+    assert not on[HAND].on[40:80].any()

@@ -1,9 +1,21 @@
 """What recordings show between switches: from where, and what it changes."""
 
 import bath_log
+import numpy as np
 import pytest
 
-from ichain_drake.learning.discovery.skills import REST, ShownSkill, shown_skills, stretches
+from ichain_drake.graph import InteractionGraph
+from ichain_drake.learning.discovery.skills import (
+    REST,
+    ShownSkill,
+    Stretch,
+    _effects,
+    _values,
+    shown_skills,
+    stretches,
+)
+from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import StateSpace, Variable
 
 PIECES = bath_log.pieces()
 
@@ -35,3 +47,30 @@ def test_precondition_and_effect_are_those_of_the_world(skills: dict[str, ShownS
     assert not any("tank" in text for s in (carries, skills[REST]) for text in s.effect)
     assert str(fills).startswith(f"lever->tank: {len(fills.shown)} times; from hand->lever active and ")
     assert fills.report()["shown"][0]["piece"] == fills.shown[0].piece
+
+
+def box_at(*places: float) -> dict[str, dict[str, np.ndarray]]:
+    spaces = {"hand": np.zeros((len(places), 1)), "box": np.array(places)[:, None]}
+    return {n: {"p": v} for n, v in spaces.items()}
+
+
+SMALL = InteractionGraph({n: StateSpace(n, (Variable("x"),)) for n in ("hand", "box")}, ["hand->box"])
+SILENT = {n: np.full(1, 1e-3) for n in ("hand", "box")}
+
+
+def shown(*stretches: tuple[int, int]) -> list[Stretch]:
+    return [Stretch("p", a, b, ("hand->box",), None) for a, b in stretches]
+
+
+def test_values_before_a_skill_are_told_where_it_was_shown_often_enough() -> None:
+    """One start or two may be narrow by chance."""
+    states, times = box_at(*np.arange(60.0)), LEARNING.few
+    for count, told in ((times - 1, []), (times, ["30 <= box.x <= 30"]), (times + 3, ["30 <= box.x <= 30"])):
+        assert _values(SMALL, states, SILENT, ("hand->box",), shown(*[(30, 31)] * count)) == told
+
+
+def test_an_effect_is_counted_from_the_row_before_a_stretch() -> None:
+    """What changed before that was of another skill."""
+    states = box_at(0.0, 0.0, 5.0, 6.0, 6.0)
+    assert _effects(SMALL, states, SILENT, shown((3, 4))) == ["box.x by +1"]
+    assert _effects(SMALL, states, SILENT, shown((1, 2))) == ["box.x by +5"]

@@ -72,3 +72,4 @@ def test_a_thing_held_off_its_own_origin_goes_around_a_hand_that_turns() -> None
     there = found.place(turns)
     np.testing.assert_allclose(there[2] - there[0], [0.0, 0.2 * np.sin(0.8), 0.0], atol=0.02)
     np.testing.assert_allclose(there[1] - there[0], 0.1 * np.array([1 - np.cos(0.8), np.sin(0.8), 0.0]), atol=0.012)
+    np.testing.assert_allclose(there[1], [0.4, 0.2, 0.1], atol=0.012)

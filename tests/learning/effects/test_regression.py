@@ -116,3 +116,11 @@ def test_a_change_within_the_dead_band_is_none_and_one_beyond_it_is_whole() -> N
     plain = replace(found, dead_band=0.0)(rows)
     np.testing.assert_allclose(plain, [0.01, -0.01, 0.09, -0.09], atol=0.002)
     np.testing.assert_array_equal(replace(found, dead_band=0.05)(rows), [0.0, 0.0, plain[2], plain[3]])
+
+
+def test_what_is_left_is_told_in_the_unit_of_the_change_and_as_a_share_of_it() -> None:
+    x, rng = columns(1)
+    found = chosen(x, 0.5 * x[:, 2] + readings_noise(rng))
+    assert found is not None
+    assert found.std == pytest.approx(np.sqrt(2.0) * NOISE, rel=0.15)
+    assert 0.99 < found.explained < 1.0

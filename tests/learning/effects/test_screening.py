@@ -1,11 +1,13 @@
 """Errors of screened regressions are those of plain ridge regressions with each group left out, row by row."""
 
 from itertools import combinations_with_replacement
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from ichain_drake.learning.effects.screening import CubicScreening, Screening, window_means
+from ichain_drake.learning.effects.screening import CubicScreening, RectifiedScreening, Screening, window_means
 from ichain_drake.state import FloatArray
 
 RIDGE = 1e-3
@@ -75,3 +77,10 @@ def test_means_over_windows() -> None:
     values = np.arange(6.0) ** 2
     np.testing.assert_allclose(window_means(values, [(0, 2), (2, 6), (5, 6)]), [0.5, 13.5, 25.0])
     np.testing.assert_allclose(window_means(values[:, None], [(1, 3)]), [[2.5]])
+
+
+def test_a_third_column_is_chosen_where_it_helps_and_no_more_than_asked_for() -> None:
+    help_ = {0, 2, 4}
+    screen: Any = SimpleNamespace(usable=np.arange(5), error=lambda columns: 0.1 ** len(help_ & set(columns)))
+    assert sorted(RectifiedScreening.select(screen)) == [0, 2, 4]
+    assert len(RectifiedScreening.select(screen, 2)) == 2

@@ -334,3 +334,13 @@ def test_usual_candidates_are_made_without_a_walk_through_scikit_learn(monkeypat
     spec = InteractionSpec()
     for candidate in (*spec.effect_estimators, *spec.status_estimators):
         make_classifier(candidate)
+
+
+def test_one_iteration_may_be_asked_for() -> None:
+    RectifiedLinearRegressor(max_iter=1).fit(*table(13))
+
+
+def test_a_process_searches_from_one_start_before_it_draws_others() -> None:
+    x, y = table(12, 30)
+    first, other = (PolynomialGaussianProcess(0, max_iter=2, random_state=seed).fit(x, y[:, 0]) for seed in (0, 1))
+    np.testing.assert_array_equal(first.predict(x), other.predict(x))

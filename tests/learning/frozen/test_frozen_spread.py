@@ -1,12 +1,14 @@
 """Predictive spreads: exact where the estimator has one, the given constant elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sklearn.compose import TransformedTargetRegressor
 from sklearn.ensemble import RandomForestRegressor
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
-from sklearn.linear_model import Ridge
+from sklearn.linear_model import LinearRegression, Ridge
 from sklearn.multioutput import MultiOutputRegressor
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
@@ -93,3 +95,12 @@ def test_bad_residual_std_is_refused(std: object) -> None:
     x, y = table(5)
     with pytest.raises(InputError, match="residual_std"):
         freeze(Ridge().fit(x, y), residual_std=std)  # type: ignore[arg-type]
+
+
+def test_a_polynomial_has_a_spread_by_either_of_its_own_and_a_given_one() -> None:
+    x, y = table(4)
+    line = LinearRegression().fit(x, y)
+    assert not freeze(line).has_spread
+    assert freeze(line, residual_std=np.array([0.1, 0.4])).has_spread
+    own = freeze(PolynomialRegressor(2).fit(x, y))
+    assert replace(own, residual_std=None).has_spread

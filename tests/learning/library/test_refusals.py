@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from ichain_drake.learning.library import (
     save_chain,
     show_link,
 )
+from ichain_drake.learning.library.saved import SavedLink
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -226,3 +228,12 @@ def test_weights_that_make_no_model_are_refused(library: Path, changes: dict[str
     edited_arrays(library / LINK / "forward.npz", **changes)
     forge(library / LINK)
     refused(library, match)
+
+
+@pytest.mark.parametrize("sizes", [(2, 1), (4, 1), (3, 0), (3, 2), (2, 2), (4, 0)])
+def test_a_model_of_another_size_than_the_manifest_says_is_refused(sizes: tuple[int, int], tmp_path: Path) -> None:
+    saved: Any = SimpleNamespace(folder=tmp_path)
+    SavedLink._check_sizes(saved, {"file": "a.npz"}, SimpleNamespace(n_in=3, n_out=1), 3, 1)  # type: ignore[arg-type]
+    model: Any = SimpleNamespace(n_in=sizes[0], n_out=sizes[1])
+    with pytest.raises(InputError, match=f"has {sizes[0]} inputs and {sizes[1]} outputs, the manifest's has 3 and 1"):
+        SavedLink._check_sizes(saved, {"file": "a.npz"}, model, 3, 1)

@@ -120,3 +120,26 @@ def test_a_place_beside_a_relative_one_is_left_out_unless_it_clearly_tells_more(
         monkeypatch.setattr(choice, "left_out", lambda inputs: np.array([0.0, -1.0 if len(inputs) > 1 else without]))
     out, left = relative_if_as_good(choice, [three["r"], three["b"]], list(three.values()))  # type: ignore[arg-type]
     assert (out, left) == (([three["r"], three["b"]], list(three.values())) if kept else ([three["r"]], [three["r"]]))
+
+
+@pytest.mark.parametrize("at", [-3.0, 0.0, 5.0])
+def test_what_stands_still_does_so_wherever_it_is(at: float) -> None:
+    values = at + np.random.default_rng(1).normal(0.0, NOISE, (60, 1))
+    out = rested(values, np.zeros(60, dtype=np.intp), np.array([NOISE]))
+    assert out.std() < 0.6 * NOISE
+    assert out.mean() == pytest.approx(at, abs=NOISE)
+
+
+@pytest.mark.parametrize(("gains", "relative"), [([1.0, 0.2], True), ([1.0] * 8, False), ([-1.0], True)])
+def test_a_place_is_kept_only_where_it_is_surely_better(gains: list[float], relative: bool) -> None:
+    """By two standard errors: a little better in a few pieces is chance, and roles say what holds elsewhere."""
+    place, beside = object.__new__(PlaceInput), object.__new__(RelativeInput)
+    object.__setattr__(place, "obj", "lamp")
+    object.__setattr__(beside, "edge", Interaction("robot", "lamp"))
+    object.__setattr__(beside, "alignment", SimpleNamespace(rows=5))
+    at, off = SimpleNamespace(item=place), SimpleNamespace(item=beside)
+    choice = SimpleNamespace(
+        piece=np.arange(len(gains)), left_out=lambda chosen: np.array(gains) * (at in chosen)
+    )  # fmt: skip
+    found, _ = relative_if_as_good(choice, [at], [at, off])  # type: ignore[arg-type, list-item]
+    assert found == ([off] if relative else [at])

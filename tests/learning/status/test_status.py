@@ -7,8 +7,9 @@ import small_job
 
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel
+from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.learning.status.status import _held, left_out_folds
+from ichain_drake.learning.status.status import _held, _left_out, _with_memory, left_out_folds
 
 EDGE = Interaction.parse("tap->box")
 
@@ -66,3 +67,26 @@ def test_pieces_are_left_out_whole_with_the_active_rows_dealt_evenly() -> None:
     assert [min(of_piece[p]) for p in range(6)] == [0, 1, 2, 3, 4, 4], "the most go to where fewest are"
     few = left_out_folds(truth & (piece < LEARNING.folds - 1), piece)
     assert set(few) == set(range(LEARNING.folds)), "blocks where few pieces show any"
+
+
+def test_left_out_decisions_are_of_classifiers_that_have_not_seen_the_rows() -> None:
+    """Two pieces that say the opposite of each other: each is decided as the other has it."""
+    x = np.tile(np.linspace(-1.0, 1.0, 40), 2)[:, None]
+    fold = np.repeat([0, 1], 40)
+    y = (x[:, 0] > 0.0) ^ (fold == 1)
+    box = EstimatorSpec.parse("box(reach=0.15)")
+    decided = _left_out(box, x, np.full(1, 0.01), y, fold, EDGE) >= 0.0
+    assert np.mean(decided == ~y) > 0.9
+    alone = _left_out(box, x, np.full(1, 0.01), fold == 1, fold, EDGE)
+    np.testing.assert_array_equal(alone, np.where(fold == 0, 1.0, -1.0), "the other piece shows nothing else")
+
+
+def test_hysteresis_is_learned_where_what_holds_goes_on_holding_beyond_where_it_begins() -> None:
+    piece = np.repeat(np.arange(4), 60)
+    decisions = np.tile(np.concatenate([np.linspace(-1.0, 1.0, 30), np.linspace(1.0, -1.0, 30)]), 4)
+    truth, before = np.zeros(240, dtype=bool), np.zeros(240, dtype=bool)
+    for k, value in enumerate(decisions):
+        before[k] = truth[k - 1] if k % 60 else False
+        truth[k] = value >= (-0.5 if before[k] else 0.0)
+    assert _with_memory(decisions, truth, before, piece)[0] > 0.0
+    assert _with_memory(decisions, decisions >= 0.0, before, piece)[0] == 0.0

@@ -66,3 +66,19 @@ def test_of_many_inputs_one_that_seems_to_tell_a_little_is_chance(monkeypatch: p
         likelihood[2] *= gain
         told = status._told_by_classifiers(first, choice, many, data, EDGE, None)  # type: ignore[arg-type]
         assert (told is not first) is more
+
+
+def test_what_another_input_makes_idle_is_left_out_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The new input tells all, so that the old one adds nothing to it."""
+    piece = np.repeat(np.arange(4), 5)
+    old, new = (SimpleNamespace(caused=False, item=k) for k in range(2))
+    monkeypatch.setattr(
+        status._Trial,
+        "of",
+        lambda data, edge, chosen, spec: status._Trial(chosen, *[None] * 6, np.full(20, float(new in chosen))),  # type: ignore[arg-type]
+    )
+    data = SimpleNamespace(piece_index=lambda: piece)
+    choice = SimpleNamespace(open=lambda chosen, free: free)
+    first = status._Trial.of(data, EDGE, [old], None)  # type: ignore[arg-type]
+    told = status._told_by_classifiers(first, choice, [old, new], data, EDGE, None)  # type: ignore[arg-type]
+    assert list(told.chosen) == [new]

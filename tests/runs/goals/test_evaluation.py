@@ -1,5 +1,6 @@
 """Evaluation of goals: which lines there are, what a row says, and figures of classifiers that mean something."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel
 from ichain_drake.objects import Region
+from ichain_drake.runs.goals import evaluation
 from ichain_drake.runs.goals.evaluation import GoalEvaluation, check_graph_evaluation, score_classifiers
 from ichain_drake.runs.goals.status_accuracy import count_events, held_out_scores, probe_scores
 from ichain_drake.runs.goals.trial import Trial, run_trial, summarise, timed_trial, without_roles
@@ -201,3 +203,28 @@ def test_events_are_counted_within_pieces():
     pieces = [Demonstration(pd.DataFrame({"a->b": flags})) for flags in ([0.0, 1, 1, 0], [1.0, 1, 0, 1], [0.0, 0])]
     assert count_events(pieces, edge) == sum(x != y for p in pieces for x, y in pairwise(p.table["a->b"]))
     assert METHODS[-1] == "classifiers"
+
+
+@pytest.mark.parametrize("scores", [False, True])
+def test_pieces_of_further_seeds_are_recorded_where_classifiers_are_scored(
+    scores: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class RecordedError(Exception):
+        pass
+
+    def note(jobs: Iterable[tuple], backend: object, what: str) -> None:
+        seeds.extend(args[-1] for _, args, _ in jobs)
+        raise RecordedError
+
+    seeds: list[int] = []
+    monkeypatch.setattr(evaluation, "run_all", note)
+    what = SimpleNamespace(
+        scenario=SimpleNamespace(seed=5, physics="ideal"),
+        kind=None,
+        overrides=(),
+        needs_shared=True,
+        wants_scores=scores,
+    )
+    with pytest.raises(RecordedError):
+        evaluation._prepare(what, None, lambda text, share: None, {})  # type: ignore[arg-type]
+    assert seeds == list(range(5, 5 + (1 + evaluation._HELD_OUT[0] if scores else 1)))

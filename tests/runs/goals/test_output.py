@@ -1,6 +1,7 @@
 """What a playback says of a run towards a goal, frame by frame, from a log that is made up."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import ichain_drake as ic
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.plan import Condition, Goal
 from ichain_drake.graph import Interaction
+from ichain_drake.runs.goals import output
 from ichain_drake.runs.goals.output import (
     _contents,
     _spans,
@@ -137,6 +139,23 @@ def test_a_report_says_how_long_it_ran_and_nothing_of_a_plan_that_is_none(run: i
     assert (metrics["plan"], metrics["cost"], metrics["probability"], metrics["events"]) == ([], None, 0.0, [])
     run.log = None
     assert run.report()["sim_seconds"] == 0.0
+
+
+def test_a_run_of_two_frames_has_a_timeline_and_one_of_one_has_none(
+    run: ic.GraphRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Path] = []
+    monkeypatch.setattr(output, "plot_timeline", lambda file, *args: drawn.append(file))
+    log, doing = run.log, run.doing
+    assert log is not None
+    run.model = SimpleNamespace(  # type: ignore[assignment]
+        graph=LampScenario.graph, active=lambda now, before: dict.fromkeys(LampScenario.graph.interactions, False)
+    )
+    for frames in (1, 2):
+        first = {k: {n: v[:frames] for n, v in getattr(log, k).items()} for k in ("states", "measured", "active")}
+        run.log = EpisodeLog(log.times[:frames], *first.values(), log.command[:frames])
+        run.doing = {k: v[:frames] for k, v in doing.items()}
+        assert write_graph_pictures(run, tmp_path) == drawn == [tmp_path / "timeline.png"] * (frames - 1)
 
 
 def test_a_recording_for_rerun_has_what_was_measured_commanded_and_done(

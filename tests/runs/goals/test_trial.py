@@ -8,7 +8,7 @@ from lamp import LampScenario
 
 from ichain_drake.control.planning.plan import Condition, Goal
 from ichain_drake.runs.goals.run import GraphRun
-from ichain_drake.runs.goals.trial import _miss, without_roles
+from ichain_drake.runs.goals.trial import _miss, summarise, without_roles
 from ichain_drake.simulation.episode import EpisodeLog
 
 
@@ -55,3 +55,12 @@ def test_without_roles_all_else_of_a_variable_stays() -> None:
         for v, w in zip(space.variables, bare.objects[name].variables, strict=True):
             assert w.role is None
             assert (v.name, v.unit, v.lower, v.upper, v.kind) == (w.name, w.unit, w.lower, w.upper, w.kind)
+
+
+def test_causes_are_told_the_most_frequent_first_and_then_by_name() -> None:
+    row = {"method": "m", "case": "none", "demonstrations": "8", "success": False, "silent": 0, "control_steps": 9}
+    rows = [
+        {**row, "seed": k, "replans": 0, "cause": cause} for k, cause in enumerate(["reach", "drive", "lost", "lost"])
+    ]
+    (line,) = summarise(rows)
+    assert list(line["causes"].items()) == [("lost", 2), ("drive", 1), ("reach", 1)]
