@@ -1,7 +1,7 @@
 """Rules of thumb that are not the paper's: each has a name, a reason and a switch.
 
-A rule is asked for where it acts, `if rules.enabled("carry_further")`, and switched off around a run, `with
-rules.without(["carry_further"])`; `ichain run`, `evaluate` and `scoreboard` have `--without NAME` for it. A rule
+A rule is asked for where it acts, `if rules.enabled("push_further")`, and switched off around a run, `with
+rules.without(["push_further"])`; `ichain run`, `evaluate` and `scoreboard` have `--without NAME` for it. A rule
 that no row of the scoreboard needs is deleted.
 """
 
@@ -41,13 +41,10 @@ _EVERY = (
     Rule("tellable", "of a change that readings don't show nobody knows when it is done", _PLANNING),
     Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),
     Rule("can_hold", "an object may stand where the robot can't take it, or may not let go of it", _PLANNING),
-    Rule("landmarks", "what only mixes becomes as its givers are: these must be so first", _PLANNING),
     Rule("push_further", "a stiffer button than was shown: press as far as anybody did before giving up", _EXECUTION),
-    Rule("carry_further", "a drive that stops short: bring what is carried on as far as was shown", _EXECUTION),
     Rule("over_on_the_way", "a fast flow may be done before the drive's pose is reached", _EXECUTION),
     Rule("stalled", "a drive that has stopped changing is over, whatever it was meant to bring", _EXECUTION),
     Rule("deviation", "a step that ended elsewhere than predicted: plan anew, not on", _EXECUTION),
-    Rule("spoiled", "a condition that nothing later is about does not come back by itself", _EXECUTION),
     Rule("detour", "what stopped the robot, and nobody knew of, is still there when it tries again", _EXECUTION),
     Rule("take_back", "what seems lost may be caught on something: let go of in the air it would fall", _EXECUTION),
     Rule("goes_along", "a grasp that the classifier doubts holds if the object moves with the robot", _EXECUTION),

@@ -88,11 +88,6 @@ class DriveTask(Task):
                         return view.command.copy()
                     return Failed(edge, "chain", f"{edge.name} is not active, so that {target}.{name} is not driven")
         if self._over(view, i, direction, value):
-            short = direction * (value - now[target][i])
-            width = model.high[target][i] - model.low[target][i]
-            much = max(EXECUTION.value * width, LEARNING.surely * model.noise[target][i])
-            if view.monitors and short > much and self._carry_further(view):
-                return view.command.copy()
             return DONE
         if len(self.history) > 2 * (step.ticks + PLANNING.retake):
             if not view.monitors:
@@ -128,42 +123,6 @@ class DriveTask(Task):
         most = self.goal + np.mean(space.difference(root, self.goal), axis=0)
         self.goal = np.where(jumping(space), self.goal, most)
         self.pushed, self.arrived, self.history, self.inactive = True, False, [], []
-        return True
-
-    def _carry_further(self, view: View) -> bool:
-        """Where a drive stops short, bring the carried object as far the same way as was demonstrated; once."""
-        if not enabled("carry_further"):
-            return False
-        step, model = self.step, view.model
-        assert step is not None
-        edge = step.chain[0]
-        space = model.graph.objects[edge.child].observable
-        names = [v for (o, v) in step.before if o == edge.child and (o, v) in step.wanted]
-        if self.pushed or not names or len(step.chain) == 1:
-            return False
-        index = [space.index(v) for v in names]
-        width = np.maximum(model.high[edge.child] - model.low[edge.child], 1e-9)[index]
-        wanted = np.array([step.wanted[edge.child, v] for v in names])
-        way = (wanted - np.array([step.before[edge.child, v] for v in names])) / width
-        length = float(np.linalg.norm(way))
-        samples = model.edges[step.chain[1]].examples.active
-        on = np.all([model.decide(e, samples) >= 0.0 for e in step.chain], axis=0)
-        if length < EXECUTION.ahead or not on.any():
-            return False
-        frames, onto = Frames(model), step.chain[1].child
-        states = samples[edge.child][on]
-        if frames.is_relative(step.chain[1]):
-            states = frames.along(edge.child, states, onto, samples[onto][on], view.averaged()[onto])
-        poses = states[:, index]
-        away = (poses - wanted) / width
-        ahead = away @ (way / length)
-        aside = np.linalg.norm(away - ahead[:, None] * (way / length), axis=1)
-        best = int(np.argmax(ahead - aside))
-        if ahead[best] < EXECUTION.ahead:
-            return False
-        target = dict(zip(index, (float(x) for x in poses[best]), strict=True))
-        self.carrying, self.pushed = CarryTask(edge, target=target), True
-        self.history, self.inactive = [], []
         return True
 
     def _moves(self, model: InteractionModel, i: int, direction: int) -> bool:

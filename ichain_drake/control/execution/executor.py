@@ -19,7 +19,7 @@ from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
 from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
 from ichain_drake.control.execution.memory import ExecutorSettings, Memory
-from ichain_drake.control.execution.monitoring import asked, deviation, gone, spoiled, undriven, unmet
+from ichain_drake.control.execution.monitoring import asked, deviation, gone, undriven, unmet
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
 from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Task, View
@@ -219,8 +219,7 @@ class Executor:
             return
         if memory.step >= 0 and self.settings.monitors:
             done = memory.plan.steps[memory.step]
-            model, steps = self._model(memory), memory.plan.steps
-            off = deviation(model, done, now) or spoiled(model, self.goal, steps, memory.step, now)
+            off = deviation(self._model(memory), done, now)
             if off:
                 self._contradicted(memory)
                 if undriven(self.model, done, memory.began, now):

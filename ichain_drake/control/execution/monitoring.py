@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -100,30 +99,6 @@ def deviation(model: InteractionModel, step: PlanStep, now: States) -> str:
                     f"{name}.{v.name} is {now[name][i]:.3g} where {step.predicted[name][i]:.3g} was predicted "
                     f"after {step.chain[-1].name}"
                 )
-    return ""
-
-
-def spoiled(model: InteractionModel, goal: Goal, plan: Sequence[PlanStep], done: int, now: States) -> str:
-    """Which condition of a goal a step was to leave met, does not, and no later step is about, in words; empty if none.
-
-    A little less than predicted is no deviation, but what nothing is going to make good is seen to at once.
-
-    Args:
-        model: the learned graph.
-        goal: what is wanted.
-        plan: its steps.
-        done: index of the step that has been done.
-        now: measured states, shape (n_variables,) each.
-    """
-    if not enabled("spoiled"):
-        return ""
-    later = {e.child for s in plan[done + 1 :] for e in s.chain}
-    for c in goal.conditions:
-        if c.object in later or c.object not in plan[done].predicted:
-            continue
-        value = float(value_of(c, now, model.graph))
-        if gap(c, value_of(c, plan[done].predicted, model.graph)) == 0 and gap(c, value) > 0:
-            return f"{words(c, model.graph)} does not hold after {plan[done].chain[-1].name}: it is {value:.4g}"
     return ""
 
 

@@ -63,7 +63,8 @@ def _doing(step: PlanStep, graph: InteractionGraph) -> str:
         parts.append(f"{'raise' if direction > 0 else 'lower'} {_value(obj, variable, value, graph)}")
     if step.after and step.until is not None:
         parts.append(f"put it at {_values(step.after, first, graph)}")
-    parts.append("let go" if step.release else "hold it")
+    if step.release or step.until is None:
+        parts.append("let go" if step.release else "hold it")
     return "; ".join(parts)
 
 

@@ -255,11 +255,9 @@ def test_with_a_rule_switched_off_it_is_as_without_it() -> None:
     model, step, now = jug()
     task = DriveTask(step.chain[0], step=step, goal=np.array([0.6]), arrived=True)
     view = View(model, SKILLS, [now] * 3, now["robot"])
-    with without(["push_further", "carry_further", "over_on_the_way", "stalled"]):
+    with without(["push_further", "over_on_the_way", "stalled"]):
         assert not task._further(view)
-        assert not task._carry_further(view)
         assert not task._stalled(np.full(80, 0.3), 1e-4, 1.0, 0.4)
         assert over_on_the_way([0.1, 0.5, 0.6, 0.6]) == [False] * 4
         assert not task.pushed
     assert over_on_the_way([0.1, 0.5, 0.6, 0.6])[-1]
-    assert task._carry_further(view)

@@ -5,7 +5,7 @@ import pytest
 from small_job import learned
 from toy_models import LAMP_START, lamp
 
-from ichain_drake.control.execution.monitoring import asked, deviation, gone, spoiled, unmet
+from ichain_drake.control.execution.monitoring import asked, deviation, gone, unmet
 from ichain_drake.control.planning.plan import Condition, Goal, PlanStep
 from ichain_drake.graph import Interaction
 
@@ -67,19 +67,6 @@ def test_an_object_is_gone_far_from_where_it_ever_was() -> None:
         box = states["box"].copy()
         box[z] = low[z] - away * (high[z] - low[z])
         assert bool(gone(model, {**states, "box": box})) == lost
-
-
-def test_what_a_step_was_to_leave_met_and_no_later_step_is_about_is_seen_to_at_once() -> None:
-    model = lamp()
-    goal = Goal((Condition("dimmer", "x", 0.25, 0.35), Condition("switch", "x", 0.5, 1.0)))
-    predicted = {**LAMP_START, "dimmer": np.array([0.3])}
-    slide, throw = PlanStep((HOLD,), predicted=predicted), PlanStep((THROW,), predicted=predicted)
-    short = {**LAMP_START, "dimmer": np.array([0.24])}
-    assert spoiled(model, goal, [slide, throw], 0, predicted) == "", "the switch is still to come"
-    assert "dimmer.x <= 0.35 m does not hold after robot->dimmer: it is 0.24" in spoiled(
-        model, goal, [slide, throw], 0, short
-    )
-    assert spoiled(model, goal, [slide, slide], 0, short) == "", "a later step makes it good"
 
 
 def test_what_holds_by_less_than_readings_can_tell_is_asked_for_by_more() -> None:
