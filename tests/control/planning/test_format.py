@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from toy_models import TAP_START, tap
 
@@ -33,6 +35,8 @@ def test_each_step_says_what_is_brought_where_and_what_changes() -> None:
     likely = format_plan(plan, GRAPH, likely=True).splitlines()
     assert likely[1].endswith("let go (probability 0.750)")
     assert likely[2] == "   6 ticks, until 2 s", "nothing is known of the start"
+    held = format_plan(Plan((replace(carry, release=False),), 6), GRAPH).splitlines()
+    assert held[1] == "1. robot->cup: carry it to x 1 m; hold it"
     one = format_plan(Plan((carry,), 6, optimal=True), GRAPH)
     assert one.startswith("1 step, about 6 ticks (2 s), success 1.00, cost 0 ticks (none is cheaper); 0 states")
 
