@@ -5,6 +5,7 @@ Imported where they are used, so that a test of something small loads neither pl
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,10 @@ from hypothesis import HealthCheck, settings
 from sharing import made_once, share_in
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pydrake.geometry import Meshcat
+
     from ichain_drake.demonstrations import Demonstration
     from ichain_drake.learning import InteractionModel, InteractionSpec
 
@@ -59,6 +64,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session", autouse=True)
 def _shared_folder(tmp_path_factory: pytest.TempPathFactory) -> None:
     share_in(tmp_path_factory)
+
+
+@pytest.fixture(scope="module")
+def meshcat() -> Iterator[Meshcat]:
+    """A scene. What holds it in a cycle is deleted here: the process would end if another thread did that."""
+    from pydrake.geometry import Meshcat, MeshcatParams
+
+    yield Meshcat(MeshcatParams(host="127.0.0.1", show_stats_plot=False))
+    gc.collect()
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from pydrake.geometry import Meshcat, MeshcatParams, Sphere
+from pydrake.geometry import Meshcat, Sphere
 
 from ichain_drake.control.planning.goal_text import read_goal_text
 from ichain_drake.errors import InputError
@@ -56,13 +56,6 @@ def test_goals_run_nothing(text: str) -> None:
         read_goal_text(text, graph)
 
 
-@pytest.fixture(scope="module")
-def meshcat() -> Meshcat:
-    shown = Meshcat(MeshcatParams(host="127.0.0.1", show_stats_plot=False))
-    shown.SetObject("ball", Sphere(0.1))
-    return shown
-
-
 EVIL = "</script><script>alert(1)</script>"
 
 
@@ -77,6 +70,7 @@ def test_the_live_page_is_for_this_machine_alone(meshcat: Meshcat) -> None:
 
 
 def test_texts_in_a_page_stay_texts(meshcat: Meshcat) -> None:
+    meshcat.SetObject("ball", Sphere(0.1))
     page = playback_page(meshcat, b"", {"title": EVIL}, EVIL)
     assert b"<script>alert" not in page
     assert b"&lt;/script&gt;&lt;script&gt;alert" in page

@@ -89,5 +89,5 @@ def conformal_intervals(model: InteractionModel, pieces: Sequence[Demonstration]
             small, or if they can't be read as the graph's.
     """
     if pieces and data_hash(pieces) == model.demonstrations_sha256:
-        raise InputError("the model was learned from these pieces: their residuals are too small; set others aside")
+        raise InputError("the model was learned from these pieces: their residuals are too small; give it others")
     return Intervals(model, {part: np.sort(found.sizes) for part, found in tick_scores(model, pieces).items()})

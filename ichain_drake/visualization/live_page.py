@@ -46,7 +46,7 @@ class LivePage:
         instructions: Sequence[Sequence[Any]] = (),
         keys: Mapping[str, Sequence[Any]] | None = None,
     ) -> None:
-        self._meshcat = meshcat
+        self._meshcat: Meshcat | None = meshcat
         origin = meshcat.web_url().rstrip("/")
         config = {
             "title": title,
@@ -67,7 +67,8 @@ class LivePage:
     @property
     def watched(self) -> bool:
         """Whether a browser shows the page now: one that is closed, hidden or cut off does not."""
-        return time.monotonic() - self._answers.asked < _SILENCE and self._meshcat.GetNumActiveConnections() > 0
+        asked = time.monotonic() - self._answers.asked < _SILENCE
+        return asked and self._meshcat is not None and self._meshcat.GetNumActiveConnections() > 0
 
     def show(self, state: str, text: str, values: Mapping[str, str] | None = None, alarm: str = "") -> None:
         """What the panel says from now on.
@@ -82,8 +83,9 @@ class LivePage:
         self._answers.status = json.dumps(content).encode()
 
     def close(self) -> None:
-        """Stop serving."""
+        """Stop serving, and hold the scene no longer: whoever holds the page may be deleted in any thread."""
         self._server.close()
+        self._meshcat = None
 
 
 class _Answers:

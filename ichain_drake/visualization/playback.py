@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from traceback import clear_frames
 
 import numpy as np
 from pydrake.geometry import Box, Meshcat, MeshcatParams, Rgba
@@ -73,12 +74,18 @@ def write_playback(
     with quiet():
         meshcat = Meshcat(MeshcatParams(host="127.0.0.1"))
     scene = Scene(meshcat)
-    set_stage(scene, camera if camera is not None else Camera())
-    draw_recording(scene, recording, drawings, plant, gap)
-    animation = pack_animation(scene.tracks, RATE, round(recording.duration(gap) * RATE))
-    page = playback_page(
-        meshcat, animation, page_log(recording, drawings, scene, gap), f"{recording.scenario}: playback"
-    )
+    try:
+        set_stage(scene, camera if camera is not None else Camera())
+        draw_recording(scene, recording, drawings, plant, gap)
+        animation = pack_animation(scene.tracks, RATE, round(recording.duration(gap) * RATE))
+        page = playback_page(
+            meshcat, animation, page_log(recording, drawings, scene, gap), f"{recording.scenario}: playback"
+        )
+    except Exception as error:
+        clear_frames(error.__traceback__)  # who keeps the error keeps no scene: only the main thread may delete that
+        raise
+    finally:
+        del scene, meshcat
     write_whole(file, page)
 
 

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from full_disk import room_for
 
 # Limits are set by the process itself: what starts it may have none.
 LIMITED = """
@@ -94,7 +95,6 @@ def test_a_full_disk_is_one_line_in_every_command_that_writes(ichain, tmp_path: 
     assert ichain("teach", "car_game", "--physics", "ideal", *small, "-o", demos).status == 0
     made = ichain("export", "mcap", demos, "-o", tmp_path / "logs")
     logs = tmp_path / "logs" / "drive"
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
     out = tmp_path / "out"
     for command in (
         ["teach", "car_game", "--physics", "ideal", *small, "-o", out],
@@ -106,11 +106,8 @@ def test_a_full_disk_is_one_line_in_every_command_that_writes(ichain, tmp_path: 
         ["export", "mcap", demos, "-o", out],
     ):  # fmt: skip
         shutil.rmtree(out, ignore_errors=True)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (600 if command[0] == "check" else 2000, before[1]))
-        try:
+        with room_for(600 if command[0] == "check" else 2000):
             done = ichain(*command)
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, before)
         assert (done.status, "File too large" in done.line) == (2, True), (command, done)
         assert not [f for f in out.rglob("[!.]*") if f.is_file() and f.suffix not in (".json", ".jsonl")], command
     assert made.status == 0

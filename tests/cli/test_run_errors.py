@@ -218,6 +218,7 @@ from ichain_drake.cli.main import main
 import ichain_drake.runs.paths.run, ichain_drake.visualization  # imported before files may not grow
 import signal
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+sys.dont_write_bytecode = True  # it would be cut
 resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
 sys.exit(main(sys.argv[1:]))
 """

@@ -77,7 +77,7 @@ def test_what_was_not_shown_has_no_bounds(intervals: Intervals) -> None:
 def test_the_pieces_that_were_learned_from_tell_nothing(
     model: InteractionModel, demonstrations: list[Demonstration]
 ) -> None:
-    with pytest.raises(InputError, match="the model was learned from these pieces: .* set others aside"):
+    with pytest.raises(InputError, match="the model was learned from these pieces: .* give it others"):
         conformal_intervals(model, demonstrations)
 
 

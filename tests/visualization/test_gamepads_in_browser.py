@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from pydrake.geometry import Meshcat, MeshcatParams, Sphere
+from pydrake.geometry import Sphere
 from teaching_person import until
 
 from ichain_drake.visualization.controls import Axis, Controls, PageButton
@@ -26,14 +26,8 @@ window.WebSocket = class extends WebSocket { constructor() { super("ws://127.0.0
 
 
 @pytest.fixture(scope="module")
-def meshcat():
-    shown = Meshcat(MeshcatParams(host="127.0.0.1", show_stats_plot=False))
-    shown.SetObject("ball", Sphere(0.1))
-    return shown
-
-
-@pytest.fixture(scope="module")
 def controls(meshcat):
+    meshcat.SetObject("ball", Sphere(0.1))
     return Controls(meshcat, [Axis("steer", ("KeyA", "KeyD"), ("left", "right"), 0)], [PageButton("go", "KeyG", "", 6)])
 
 

@@ -18,11 +18,6 @@ from ichain_drake.visualization.controls import Axis, Controls, PageButton, key_
 from ichain_drake.visualization.live_page import LivePage, _page
 
 
-@pytest.fixture(scope="module")
-def meshcat():
-    return Meshcat(MeshcatParams(host="127.0.0.1"))
-
-
 @pytest.fixture
 def page(meshcat):
     page = LivePage(meshcat, "a <title>", [[["R"], "record </script>", ""]], {"KeyA": ["x", 1]})

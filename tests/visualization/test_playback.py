@@ -3,17 +3,19 @@
 import dataclasses
 import json
 import re
-import resource
+import weakref
 
 import numpy as np
 import pytest
+from full_disk import room_for
+from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ZeroOrderHold
 
 from ichain_drake.errors import InputError
 from ichain_drake.files import write_whole
-from ichain_drake.visualization import HandDrawing, load_recording, save_recording, write_playback
+from ichain_drake.visualization import HandDrawing, load_recording, playback, save_recording, write_playback
 
 
 def interpolate(keys, frames):
@@ -121,15 +123,25 @@ def test_unwritable_places_are_refused(recording, drawings, tmp_path):
 def test_full_disk_leaves_the_old_file_and_nothing_else(tmp_path):
     file = tmp_path / "run.html"
     file.write_bytes(b"old")
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))  # as if the disk had room for 1000 bytes
-    try:
-        with pytest.raises(InputError, match=r"run.html: can't write .* kB there \(File too large\)"):
-            write_whole(file, bytes(100_000))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    with room_for(1000), pytest.raises(InputError, match=r"run.html: can't write .* kB there \(File too large\)"):
+        write_whole(file, bytes(100_000))
     assert [p.name for p in tmp_path.iterdir()] == ["run.html"]
     assert file.read_bytes() == b"old"
+
+
+def test_who_keeps_the_error_keeps_no_scene(recording, drawings, tmp_path, monkeypatch):
+    """Any thread may delete an error; Meshcat ends the process if that is not the main one."""
+    held = []
+
+    def noted(*given):
+        scene = Meshcat(*given)
+        held.append(weakref.ref(scene))
+        return scene
+
+    monkeypatch.setattr(playback, "Meshcat", noted)
+    with pytest.raises(InputError, match="drawing of 'boat'") as error:
+        write_playback(recording, {"boat": drawings()["car"]}, tmp_path / "run.html")
+    assert [scene() for scene in held] == [None], error
 
 
 def test_misfits_are_refused(recording, drawings, diagram, tmp_path):

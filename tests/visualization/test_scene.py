@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import umsgpack
 from PIL import Image
-from pydrake.geometry import Box, Meshcat, MeshcatParams, Rgba
+from pydrake.geometry import Box, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from ichain_drake.errors import InputError
@@ -12,11 +12,6 @@ from ichain_drake.visualization import Drawing, EpisodeDrawing, GameScreen, Scen
 from ichain_drake.visualization.ribbon import ribbon, spaced
 from ichain_drake.visualization.sprites import car_sprite, playfield, ship_sprite
 from ichain_drake.visualization.tracks import Track, TrackKind, needed_keyframes, pack_animation
-
-
-@pytest.fixture(scope="module")
-def meshcat():
-    return Meshcat(MeshcatParams(host="127.0.0.1"))
 
 
 @pytest.fixture

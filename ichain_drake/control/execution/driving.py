@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
 from ichain_drake.control.planning.frames import Frames
@@ -48,7 +47,6 @@ class DriveTask(Task):
     inactive: list[tuple[bool, ...]] = field(default_factory=list)
     arrived: bool = False
     pushed: bool = False
-    carrying: CarryTask | None = None
     course: Course = field(default_factory=Course)
     begun: FloatArray | None = None
     finished: bool = False
@@ -62,11 +60,6 @@ class DriveTask(Task):
         assert step.until is not None
         if self.finished:
             return DONE
-        if self.carrying is not None:
-            answer = self.carrying.act(view)
-            if not isinstance(answer, str):
-                return answer
-            self.carrying = None
         if not self.arrived and self.goal is not None:
             command, self.arrived = view.travel(self.course, self.goal)
             return command

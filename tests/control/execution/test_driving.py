@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from toy_models import TAP_START, ToyModel, tap
 
-from ichain_drake.control.execution.carrying import CarryTask
 from ichain_drake.control.execution.driving import DriveTask
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, View
 from ichain_drake.control.planning.plan import PlanStep
@@ -139,20 +138,6 @@ def jug() -> tuple[ToyModel, PlanStep, dict[str, np.ndarray]]:
     predicted = {**now, "stove": np.array([0.5, 0.8])}
     step = PlanStep((take, warm), {position: 0.6}, ("stove", "heat", 1, 0.8), before={position: 0.5}, ticks=5)
     return model, SimpleNamespace(**{**vars(step), "predicted": predicted}), now  # type: ignore[return-value]
-
-
-def test_short_of_it_what_is_carried_goes_as_far_as_was_shown_beside_where_the_other_end_is_now() -> None:
-    model, step, now = jug()
-    task = DriveTask(step.chain[0], step=step)
-    readings: list[dict[str, np.ndarray]] = []
-    for _ in range(40):
-        readings.append(now)
-        task.act(View(model, SKILLS, readings, now["robot"]))
-        if task.carrying is not None:
-            break
-    assert isinstance(task.carrying, CarryTask)
-    assert task.carrying.target == pytest.approx({0: 0.8})  # 0.3 beside the stove, which is at 0.5
-    assert task.pushed
 
 
 def test_where_the_first_thing_does_not_follow_it_is_pressed_as_far_as_anybody_did_once() -> None:

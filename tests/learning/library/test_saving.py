@@ -1,13 +1,13 @@
 """What can not be saved leaves what was saved before."""
 
 import os
-import resource
 import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disk import room_for
 from linked_library import CHAIN, EDGE, HAND, HASH, LINK
 
 from ichain_drake.errors import InputError
@@ -49,13 +49,9 @@ def test_what_can_not_be_saved_leaves_the_earlier_link(library: Path) -> None:
 
 def test_a_full_folder_is_refused_and_the_earlier_link_stays(library: Path) -> None:
     before = contents(library)
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (3000, hard))  # writing beyond it fails, as on a full disk
-    try:
-        with pytest.raises(InputError, match=r"library: hand-joystick can't be written \(File too large\)") as caught:
-            save_chain(CHAIN, library, "another", HASH)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    said = r"library: hand-joystick can't be written \(File too large\)"
+    with room_for(3000), pytest.raises(InputError, match=said) as caught:
+        save_chain(CHAIN, library, "another", HASH)
     assert "\n" not in str(caught.value)
     assert contents(library) == before
     assert [entry.name for entry in library.iterdir()] == [LINK]
