@@ -133,12 +133,12 @@ def test_who_keeps_the_error_keeps_no_scene(recording, drawings, tmp_path, monke
     """Any thread may delete an error; Meshcat ends the process if that is not the main one."""
     held = []
 
-    def noted(*given):
-        scene = Meshcat(*given)
-        held.append(weakref.ref(scene))
-        return scene
+    class Noted(Meshcat):
+        def __init__(self, *given):
+            super().__init__(*given)
+            held.append(weakref.ref(self))
 
-    monkeypatch.setattr(playback, "Meshcat", noted)
+    monkeypatch.setattr(playback, "Meshcat", Noted)
     with pytest.raises(InputError, match="drawing of 'boat'") as error:
         write_playback(recording, {"boat": drawings()["car"]}, tmp_path / "run.html")
     assert [scene() for scene in held] == [None], error
