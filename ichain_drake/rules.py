@@ -41,6 +41,7 @@ _EVERY = (
     Rule("tellable", "of a change that readings don't show nobody knows when it is done", _PLANNING),
     Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),
     Rule("can_hold", "an object may stand where the robot can't take it, or may not let go of it", _PLANNING),
+    Rule("landmarks", "what only mixes becomes as its givers are: these must be so first", _PLANNING),
     Rule("push_further", "a stiffer button than was shown: press as far as anybody did before giving up", _EXECUTION),
     Rule("over_on_the_way", "a fast flow may be done before the drive's pose is reached", _EXECUTION),
     Rule("stalled", "a drive that has stopped changing is over, whatever it was meant to bring", _EXECUTION),

@@ -19,7 +19,7 @@ from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
-from ichain_drake.control.planning.heuristics import Alike, unmet_conditions
+from ichain_drake.control.planning.heuristics import Alike, Landmarks, unmet_conditions
 from ichain_drake.control.planning.holding import can_hold, hold_probability
 from ichain_drake.control.planning.letting_go import in_hand, stays
 from ichain_drake.control.planning.model import Batch, row, stack, take
@@ -88,6 +88,7 @@ class Search:
         self.surer = tuple(inside(c, self.model, LEARNING.clear, LEARNING.near) for c in goal.conditions)
         self.frames = Frames(model)
         self.alike = Alike(model, objects)
+        self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
         self.dropped = False  # whether a state was left out that might have led on
         self.closed: set[tuple[object, ...]] = set()
@@ -123,7 +124,7 @@ class Search:
             done = self._done(children)
             if done:
                 return min(done, key=lambda n: (len(n.unmet), n.ticks, mark_of(n)))
-            queue = sorted([*reserve, *children], key=lambda n: (len(n.unmet), n.ticks, n.mark))
+            queue = sorted([*reserve, *children], key=lambda n: (len(n.unmet) + len(n.open), n.ticks, n.mark))
             kept = [n for n in queue if len(n.steps) < self.settings.steps]
             self.dropped |= len(kept) < len(queue)
             layer, reserve = kept[: self.settings.width], kept[self.settings.width :]
@@ -297,7 +298,7 @@ class Search:
             step = replace(step, variant=failures, ticks=expected_ticks(step.ticks, failures))
         unmet = unmet_conditions(self.surer, states, self.model)
         steps, ticks, cost = (*node.steps, step), node.ticks + step.ticks, node.cost + step_cost(step)
-        child = SearchNode(states, steps, ticks, unmet, cost=cost)
+        child = SearchNode(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet), cost=cost)
         self.nearest.note(child.states, child.unmet, step.chain[-1])
         return [child]
 

@@ -22,6 +22,7 @@ class SearchNode:
         ticks: that they take.
         unmet: indices of unmet conditions.
         held: the interaction by which an object is held at the start.
+        open: indices of unmet conditions whose landmarks are not met either.
         mark: breaks ties.
         cost: expected time of the steps [ticks]; see `risk`.
     """
@@ -31,6 +32,7 @@ class SearchNode:
     ticks: int
     unmet: tuple[int, ...]
     held: Interaction | None = None
+    open: tuple[int, ...] = ()
     mark: tuple[float, ...] = ()
     cost: float = 0.0
 
