@@ -108,7 +108,7 @@ def test_what_is_no_data_set_is_told(own: Path, tmp_path: Path) -> None:
     assert "it holds no episode" in told(own, {"actions": "cup.x"})
     (own / "data" / "main_data.hdf5").write_bytes(b"no HDF5")
     assert "can't read it as HDF5" in told(own, {"actions": "cup.x"})
-    arrow = made(tmp_path / "a", (box(1), box(1)), [(np.zeros((5, 1)), np.zeros((4, 1)))], data_format="parquet")
+    arrow = made(tmp_path / "a", (box(1), box(1)), [(np.zeros((5, 1)), np.zeros((4, 1)))], data_format="arrow")
     assert "of Minari's formats hdf5 is read" in told(arrow, {"actions": "cup.x"})
 
 
