@@ -40,8 +40,6 @@ def evaluate_calibration_of(
     """
     what = CalibrationEvaluation(scenario, tuple(overrides), trials, tuple(methods), workers)
     what.check()
-    if output is not None:
-        report = report or str(output / "report.json")
     evaluation = Evaluation(
         scenario,
         trials,

@@ -33,8 +33,6 @@ def evaluate_discovery_of(
     """
     what = DiscoveryEvaluation(scenario, tuple(overrides), trials, tuple(methods), workers)
     what.check()
-    if output is not None:
-        report = report or str(output / "report.json")
     evaluation = Evaluation(
         scenario,
         trials,

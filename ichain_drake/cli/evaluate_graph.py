@@ -43,8 +43,6 @@ def evaluate_goal_scenario(
     goal = own_goal(scenario)
     if not goal:
         raise InputError(f"{scenario.name} has no goal of its own to evaluate; set one in its file")
-    if output is not None:
-        report = report or str(output / "report.json")
     what = GoalEvaluation(scenario, tuple(overrides), goal, trials, tuple(methods), workers, shared, fresh)
     evaluation = Evaluation(
         scenario,

@@ -56,7 +56,7 @@ def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | No
 
     Args:
         evaluation: see there.
-        report: a file, or `-` for stdout.
+        report: a file, or `-` for stdout; by default `report.json` in `output`, if there is one.
         output: folder for pictures.
         resume: go on from the rows beside the report.
 
@@ -68,6 +68,7 @@ def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | No
     scenario = evaluation.scenario
     if output is not None:
         prepare_folder(output)
+        report = report or str(output / "report.json")
     if report not in (None, "-"):
         prepare_file(Path(str(report)))
     elif resume:

@@ -26,7 +26,7 @@ def stays(model: InteractionModel, carry: CarryOption, place: FloatArray) -> boo
 
     It may not if some variable is beyond all values at which it was let go of, and it was there so often that by chance
     it would have been let go of there, too: the share p of the rows in which it was held makes (1 - p)^n the
-    probability that none of n times was.
+    probability that none of the n places where it was let go of, or stood, was.
 
     Args:
         model: the learned graph.
@@ -66,16 +66,12 @@ def in_hand(
     space, width = model.graph.objects[obj].observable, span(model, obj)
     mine = [(space.index(c.variable), c) for c in conditions if c.object == obj]
     mine = [(k, c) for k, c in mine if k in carry.follow]
-    if mine:
-        short = sum(gap(c, held[obj][:, k]) / width[k] for k, c in mine)
-        far = (np.abs(space.difference(held[obj], states[obj])) / width)[:, carry.follow].sum(axis=1)
-        row = int(np.lexsort((far, short))[0])
-        pose = held[obj][row].copy()
-        for k, c in mine:
-            pose[k] = np.clip(pose[k], c.lower, c.upper)
-    else:
-        row = int(np.argmin((np.abs(space.difference(held[obj], states[obj])) / width)[:, carry.follow].sum(axis=1)))
-        pose = np.asarray(states[obj], dtype=float).copy()
+    far = (np.abs(space.difference(held[obj], states[obj])) / width)[:, carry.follow].sum(axis=1)
+    short = np.sum([gap(c, held[obj][:, k]) / width[k] for k, c in mine], axis=0) if mine else np.zeros(len(far))
+    row = int(np.lexsort((far, short))[0])
+    pose = np.array(held[obj][row] if mine else states[obj], dtype=float)  # without a wish: where it is
+    for k, c in mine:
+        pose[k] = np.clip(pose[k], c.lower, c.upper)
     frames = Frames(model)
     robot = held[root][row]
     if frames.goes_with(carry.edge):

@@ -96,6 +96,7 @@ class Search:
         self.start = dict(start)
         self.touching = touching
         self.record = record or Record(model)
+        self.in_hand: dict[Interaction, bool] = {}
         self.parked = parked_state(model, self.start) if touching else self.start[model.graph.root]
 
     def run(self) -> SearchNode | NoPlan:
@@ -222,11 +223,12 @@ class Search:
         return out
 
     def _ends_in_hand(self, carry: CarryOption) -> bool:
-        """Whether the goal wants an object held, or where it would not stay if the robot let go of it."""
-        if carry.edge in self.goal.active:
-            return True
-        place = wanted_place(self.model, carry, self.start, self.surer)
-        return place is not None and not stays(self.model, carry, place)
+        """Whether the goal wants an object held, or where it would not stay if let go of; asked once a search."""
+        if carry.edge not in self.in_hand:
+            place = wanted_place(self.model, carry, self.start, self.surer)
+            falls = place is not None and not stays(self.model, carry, place)
+            self.in_hand[carry.edge] = falls or carry.edge in self.goal.active
+        return self.in_hand[carry.edge]
 
     def _driven(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         free = [n for n in layer if n.held is None]
