@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import ActiveCycleError, InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel
+from ichain_drake.learning.tick import advance
 from ichain_drake.state import FloatArray
 
 CARRY, PRESS, OPEN, FILL, LIGHT = GRAPH.interactions
@@ -117,6 +119,48 @@ def test_a_cycle_of_active_interactions_is_refused_with_its_edges_and_the_time(
     assert active[back].tolist() == [False, False, True]
     assert np.isfinite(after["lamp"]).all()
     assert not ring.step(three, three["hand"], {LIGHT: True, back: False})[1][back].any()
+
+
+def test_in_a_cycle_only_what_news_reached_is_calculated_again_and_all_is_as_if_everything_was(
+    model: InteractionModel, states: dict[str, FloatArray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    back = Interaction("lamp", "valve")
+    graph = InteractionGraph(GRAPH.objects, [*GRAPH.interactions, back])
+    ring = replace(
+        model, graph=graph, edges=model.edges | {back: model.edges[LIGHT]}, order=(*model.order, back)
+    )  # fmt: skip
+    members = next(m for m in graph.components if len(m) > 1)
+    calculated: list[str] = []
+
+    def counted(*arguments: Any) -> FloatArray:
+        calculated.append(arguments[1][0].child)
+        return advance(*arguments)
+
+    monkeypatch.setattr("ichain_drake.learning.model.advance", counted)
+    n = len(states["hand"]) - 1
+    before = {name: s[:n] for name, s in states.items()}
+    for rows in (slice(0, n), slice(0, 1)):
+        part = {name: s[rows] for name, s in before.items()}
+        root = states["hand"][1:][rows]
+        calculated.clear()
+        found, on = ring.step(part, root, strict=False)
+        mine = sum(name in members for name in calculated)
+        assert len(members) <= mine <= len(members) ** 2
+        after, status = {"hand": root}, dict[Interaction, Any]()
+        for name in (name for m in graph.components for name in m if name != "hand" and name not in members):
+            after[name] = found[name]
+        for _ in members:  # plainly: everything, as often as there are members
+            for child in ring._sweep(members):
+                after[child] = advance(
+                    ring.edges, ring._incoming[child], ring.passive[child], part, after, {}, {}, status
+                )
+        for name in members:
+            assert np.array_equal(found[name], after[name])
+        assert all(np.array_equal(on[e], status[e]) for e in status)
+    still = {name: np.repeat(s[:1], 1, axis=0) for name, s in before.items()}
+    calculated.clear()
+    ring.step(still, still["hand"], strict=False)
+    assert sum(name in members for name in calculated) < len(members) ** 2, "where nothing goes round, once is enough"
 
 
 def test_bad_arguments_are_refused(model: InteractionModel, states: dict[str, FloatArray]) -> None:
