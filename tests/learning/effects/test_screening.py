@@ -137,6 +137,7 @@ def test_no_more_columns_are_chosen_than_asked_for(most: int) -> None:
     chosen = Told(lambda columns: 0.5 ** len(columns), 6).select(most)
     assert len(chosen) == len(set(chosen)) == most
     assert len(Told(lambda columns: 0.1 ** len(columns & {0, 1, 4}), 6).select(most)) == min(most, 3)
+    assert len(Told(lambda columns: 0.5 ** len(columns), 6).select()) == 4, "a polynomial takes four"
 
 
 @pytest.mark.parametrize(("better", "chosen"), [(0.99, 1), (1.01, 0)])
@@ -207,3 +208,33 @@ def test_a_threshold_of_two_columns_leaves_an_error_with_one() -> None:
     assert screen.error([0, 2]) == pytest.approx(0.01, rel=0.01)
     assert screen.error([0]) > 0.5
     assert sorted(screen.select()) == [0, 2]
+
+
+def rectified(z: FloatArray, y: FloatArray, out: FloatArray) -> FloatArray:
+    """Of the rows that are left out, by alternating between which rows are beyond the threshold and a line in them."""
+    phi = np.column_stack([z, np.ones(len(z))])
+
+    def line(rows: FloatArray) -> FloatArray:
+        ridge = 1e-6 * (1.0 + rows.sum()) * np.eye(phi.shape[1])
+        return np.linalg.solve(phi[rows].T @ phi[rows] + ridge, phi[rows].T @ y[rows])
+
+    beyond = y > 0.15 * y.max()
+    while not np.array_equal(after := phi @ line(beyond) > 0.0, beyond):
+        beyond = after
+    again = (phi @ line(beyond & ~out) > 0.0) & ~out
+    return np.maximum(phi[out] @ line(again), 0.0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_errors_of_bent_changes_are_those_of_lines_beyond_a_threshold(seed: int) -> None:
+    """Few large changes one way count for more than many small ones the other way."""
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(60, 3))
+    z = ((x - x.mean(axis=0)) / x.std(axis=0))[:, [0, 2]]
+    y = 0.8 - np.maximum(z[:, 0] + 0.8 * z[:, 1] - 0.4, 0.0) ** 1.7 + 0.05 * rng.normal(size=60)
+    prediction = np.empty(60)
+    for g in range(4):
+        prediction[g == GROUP] = rectified(z, -y, g == GROUP)
+    expected = sum((q - p) * (-y - prediction)[p:q].mean() ** 2 for p, q in JUDGE)
+    screen = RectifiedScreening(x, y, GROUP, JUDGE)
+    assert screen.error([0, 2]) == pytest.approx(expected)
