@@ -126,14 +126,15 @@ def test_what_is_known_of_a_status_is_evidence_enough(known: float) -> None:
 
 
 def test_a_step_is_no_line() -> None:
-    """A line in what the gate looks at fits some of a step; a gate and a constant fit it all."""
+    """Of an input that is here or there a line says the same; a gate and a constant do so with fewer parameters."""
     rng = np.random.default_rng(3)
-    hand = np.r_[rng.uniform(0.0, 0.4, TICKS // 2), rng.uniform(0.6, 1.0, TICKS // 2 + 1)]
-    hand = rng.permutation(hand)
-    term = fit_term(residual(hand, np.r_[0.0, np.cumsum(0.1 * (hand[1:] > 0.5))]), "hand")
+    on = rng.uniform(size=TICKS + 1) > 0.6
+    hand = np.where(on, 0.8, 0.2) + 0.02 * rng.uniform(-1.0, 1.0, TICKS + 1)
+    made = residual(hand, np.r_[0.0, np.cumsum(20.0 * NOISE * on[1:])])
+    term = fit_term(made, "hand", start=np.ones(TICKS, dtype=bool))
     assert term is not None
     assert [e.columns for e in term.effects] == [()]
-    np.testing.assert_array_equal(term.on, hand[1:] > 0.5)
+    np.testing.assert_array_equal(term.on, on[1:])
 
 
 def test_what_is_carried_moves_as_its_hand_does_along_a_turned_frame() -> None:
@@ -168,3 +169,32 @@ def test_what_an_object_does_by_itself_is_told_by_its_own_variables_at_all_times
     assert term.gain == pytest.approx(float(term.evidence.sum()), rel=0.2)
     assert fit_passive(residual(*pressed()[:2])) is None, "what is done to it is not what it does"
     assert fit_passive(residual(rng.uniform(0, 1, TICKS + 1), np.zeros(TICKS + 1))) is None
+
+
+def by_itself(share: FloatArray) -> FloatArray:
+    """A place that an object goes back from by a share in each tick, and is thrown out of now and then."""
+    rng = np.random.default_rng(4)
+    out = [5.0]
+    for k in range(TICKS):
+        out.append(out[-1] - share[k] * (out[-1] - 1.0) + (2.0 if rng.uniform() < 0.03 else 0.0))
+    return np.array(out)
+
+
+def test_what_it_does_by_itself_is_judged_by_what_the_other_ticks_say() -> None:
+    hand = np.random.default_rng(0).uniform(0.0, 1.0, TICKS + 1)
+    fold = residual(hand, np.zeros(TICKS + 1)).log.fold
+    term = fit_passive(residual(hand, by_itself(np.where(fold < 2, 0.1, 0.4))))
+    assert term is None or term.gain < 0.5 * float(term.evidence.sum())
+    same = fit_passive(residual(hand, by_itself(np.full(TICKS, 0.2))))
+    assert same is not None
+    assert same.gain > 0.9 * float(same.evidence.sum()) > 0.0
+
+
+def test_what_one_variable_does_to_another_is_not_taken_for_what_it_does_by_itself() -> None:
+    rng = np.random.default_rng(5)
+    speed = rng.uniform(-1.0, 1.0, TICKS + 1)
+    speed[1::2] = speed[::2][: len(speed[1::2])]  # as one reading before
+    place = np.r_[0.0, np.cumsum(0.1 * np.r_[speed[0], speed[:-2]])]
+    made = residual(np.zeros((TICKS + 1, 2)), np.column_stack([place, speed]), role="position")
+    term = fit_passive(made)
+    assert term is None or all(e.columns == (e.variable,) for e in term.effects)
