@@ -186,13 +186,13 @@ def test_an_inverse_level_inverts_a_linear_link(limit: float, reached: float) ->
 def test_an_inverse_that_aims_further_reads_the_state_wanted_then() -> None:
     of = inverse_level(9.0)
     ahead = InverseLevel(replace(of.inverse, aim=2), of.limit)
-    wanted = np.array([[[9.0, 9.0], [0.3, 0.4], [-9.0, -9.0]]])
+    wanted = np.array([[[0.5, 0.6], [0.3, 0.4], [-0.5, -0.6]]])
     np.testing.assert_array_equal(
         ahead.decide(np.zeros((1, 2)), np.zeros((1, 2)), wanted, np.zeros((1, 0)))[0],
         of.decide(np.zeros((1, 2)), np.zeros((1, 2)), wanted[:, 1:], np.zeros((1, 0)))[0],
     )
     now = of.decide(np.zeros((1, 2)), np.zeros((1, 2)), wanted, np.zeros((1, 0)))[0]
-    np.testing.assert_allclose(now[:, 0] @ GAIN.T, [[9.0, 9.0]], atol=1e-3)
+    np.testing.assert_allclose(now[:, 0] @ GAIN.T, [[0.5, 0.6]], atol=1e-3)
     assert ahead.lookahead == 2
 
 
