@@ -341,3 +341,41 @@ def test_what_is_at_a_bound_and_pushed_against_it_stays_and_the_rest_is_solved_f
     np.testing.assert_allclose(low[0, 0], [-1.0, -0.2], atol=1e-5)
     far = of._improve(np.zeros((1, 1, 2)), 100.0 * residual, root[None], np.ones(1))
     np.testing.assert_allclose(far[0, 0], [0.7, -0.7], atol=1e-5, err_msg="no further than a third of the range")
+
+
+def test_of_a_linear_model_one_step_is_enough_and_without_one_it_stays() -> None:
+    wanted = np.random.default_rng(2).uniform(-2, 2, (2, 4, 2))
+    np.testing.assert_allclose(decide(level(iterations=1), wanted), decide(level(iterations=5), wanted), atol=1e-6)
+    assert not decide(level(iterations=0), wanted).any()
+    assert np.abs(decide(level(iterations=1), wanted)).max() > 0.1
+
+
+@dataclass(frozen=True)
+class OneHand(LinearizedModel):
+    """A child of two variables that a single one of the parent pushes, and a drift that nobody knows of."""
+
+    def predict(self, child: FloatArray, parent: FloatArray, parent_next: FloatArray) -> FloatArray:
+        return child + parent_next * [1.0, 0.0]
+
+    def linearize(
+        self, child: FloatArray, parent: FloatArray, parent_next: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        n = len(child)
+        by_next = np.tile(np.array([[1.0], [0.0]]), (n, 1, 1))
+        return self.predict(child, parent, parent_next), np.tile(np.eye(2), (n, 1, 1)), 0 * by_next, by_next
+
+
+def test_what_is_remembered_fits_a_parent_and_a_child_of_any_size() -> None:
+    one = np.ones(1)
+    of = PredictiveLevel(
+        OneHand(), TWO, (0,), 0.7 * one, -9 * one, 9 * one, one, PredictiveWeights(horizon=3, effort=1e-3, offset=0.2)
+    )
+    child, parent, memory = np.array([[0.0, 0.5]]), np.zeros((1, 1)), np.zeros((1, of.memory_size))
+    for _ in range(60):
+        plan, memory = of.decide(child, parent, np.zeros((1, 3, 1)), memory)
+        assert plan.shape == (1, 3, 1)
+        assert memory.shape == (1, of.memory_size)
+        parent = plan[:, 0]
+        child = child + parent * [1.0, 0.0] + [0.3, 0.0]
+    assert abs(child[0, 0]) < 0.02
+    np.testing.assert_allclose(parent, -0.3, atol=0.02)
