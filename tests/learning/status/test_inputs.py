@@ -131,3 +131,21 @@ def test_an_angle_is_told_from_the_middle_of_what_was_shown_and_likes_are_compar
     tilted = (*place("world"), Variable("tilt", "rad", -np.pi, np.pi, "angle", Role("orientation", "world", "x")))
     own, _ = ends(data(tilted, place("camera", yaw=True)))
     assert [i.index for i in own if isinstance(i, DifferenceInput)] == [(3, 3)], "a tilt is no heading"
+
+
+@pytest.mark.parametrize(("axes", "along_body"), [("xyz", True), ("xz", False)])
+def test_only_what_has_both_axes_of_the_plane_is_along_what_is_turned_in_it(axes: str, *, along_body: bool) -> None:
+    turn = Variable("yaw", "rad", -np.pi, np.pi, "angle", Role("orientation", "world", "z"))
+    pose = (*(Variable(a, "m", role=Role("position", "world", a)) for a in axes), turn)
+    (first, *_), _ = ends(data(pose, pose))
+    assert isinstance(first, RelativeInput)
+    assert isinstance(first, BodyInput) is along_body
+
+
+def test_where_the_robot_is_matters_to_what_it_acts_on_alone_whatever_it_is_called() -> None:
+    made = data(place("world"), place("camera"))
+    lamp = Interaction("lamp", "box")
+    found = candidate_inputs(made, lamp, dict.fromkeys(made.edges))[1]
+    assert [i.label for i in found] == ["hand.heat"], "its place is left out"
+    hand = candidate_inputs(made, EDGE, dict.fromkeys(made.edges))[1]
+    assert [i.label for i in hand] == ["position of lamp", "lamp.light"]
