@@ -12,7 +12,7 @@ from toy_models import LAMP_START, lamp
 
 from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.carrying import CarryTask
-from ichain_drake.control.execution.detour import Blocked
+from ichain_drake.control.execution.detour import Blocked, Detour
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
@@ -443,3 +443,63 @@ def test_given_up_it_lets_go_of_what_must_not_be_held_and_looks_whether_the_goal
     memory.giving_up = ("drive", "too slow")
     run._last_look(memory)
     assert (memory.mode, memory.cause, memory.reason) == (Mode.STOPPED, "drive", "too slow")
+
+
+def test_ways_lead_around_where_it_was_stopped_with_as_much_in_hand() -> None:
+    run, memory, _ = asked_for()
+    assert (run._view(memory).motion, run._view(memory).news) == (None, 0)
+    memory.blocked = Blocked(np.array([[0.5], [0.6]]), held="dimmer")
+    assert (run._view(memory).motion, run._view(memory).news) == (None, 2), "with nothing in hand it may pass"
+    memory.carried = Carried().taken("dimmer", np.array([0.3]))
+    around = run._view(memory).motion
+    assert isinstance(around, Detour)
+    assert around.blocked is memory.blocked
+    memory.blocked = Blocked(np.array([[0.5]]))
+    assert run._view(memory).motion is None
+    memory.carried = Carried()
+    assert isinstance(run._view(memory).motion, Detour)
+    given: Any = SimpleNamespace()
+    run.motion = given
+    assert run._view(memory).motion is given, "who knows what stands there lays them out"
+
+
+def test_a_planner_is_asked_for_more_than_holds_by_less_than_readings_can_tell_where_somebody_looks() -> None:
+    model = lamp()
+    goal = Goal((Condition("dimmer", "x", 0.3 - 0.5 * model.noise["dimmer"][0], 1.0),))
+    for monitors in (True, False):
+        run, memory, asked = asked_for(PLAN, goal=goal, monitors=monitors)
+        run._next(memory)
+        wanted = asked[0][1].conditions[0]
+        assert bool(wanted.lower > goal.conditions[0].lower) is monitors
+        assert asked[0][0]["dimmer"][0] == 0.3
+
+
+def test_what_is_in_hand_follows_from_what_was_switched() -> None:
+    run, memory, _ = asked_for()
+    let_go, take = Switch(HOLD, activate=False), Switch(HOLD, activate=True)
+    held = Carried().taken("dimmer", np.array([0.3]))
+    memory.carried = held
+    after = run._kept(memory, let_go, "dimmer", done=False)
+    assert (after.held, dict(after.seen)) == (None, {})
+    np.testing.assert_array_equal(after.left["dimmer"], COMMAND)
+    memory.carried = after
+    assert run._kept(memory, let_go, "dimmer", done=False) is after
+    assert run._kept(memory, let_go, "dimmer", done=True).seen["dimmer"].tolist() == [0.3]
+    memory.carried = Carried()
+    assert run._kept(memory, take, "dimmer", done=True).held is None, "a button is not carried"
+    take.onward = Says()
+    assert run._kept(memory, take, "dimmer", done=True).held is None
+    take.taken = np.array([0.7])
+    assert run._kept(memory, take, "dimmer", done=False).held is None
+    taken = run._kept(memory, take, "dimmer", done=True)
+    assert (taken.held, taken.origin) == ("dimmer", (0.7,)), "where it was as the hand closed"
+
+
+def test_once_it_gives_up_whatever_fails_ends_in_a_last_look() -> None:
+    run, memory, _ = asked_for(goal=Goal((Condition("lamp", "light", 0.5, 1.0),)))
+    memory.giving_up = ("drive", "too slow")
+    run._failed(memory, Failed(HOLD, "reach", "no way"))
+    assert (memory.mode, memory.cause, memory.reason, memory.replans) == (Mode.STOPPED, "drive", "too slow", 0)
+    memory.mode, memory.tasks = Mode.LOOK, []
+    run._next(memory)
+    assert memory.mode == Mode.STOPPED

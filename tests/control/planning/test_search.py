@@ -90,7 +90,11 @@ def test_a_search_says_whether_it_left_anything_out() -> None:
     found = search(*goal)
     assert chains(found.run()) == ["robot->cup carried", "tank->cup", "robot->cup carried"]
     assert not found.dropped
-    for settings in (SearchSettings(steps=2), SearchSettings(expansions=1), SearchSettings(width=1, expansions=2)):
+    for settings in (
+        SearchSettings(steps=2),
+        *(SearchSettings(expansions=n) for n in (1, 2)),
+        SearchSettings(width=1, expansions=2),
+    ):
         less = search(*goal, settings=settings)
         failure = less.run()
         assert isinstance(failure, NoPlan)
