@@ -7,15 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 from toy_models import TAP_START, tap
+from winding import SHADE_START, shade
 
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.plan import NoPlan, PlanStep, States
+from ichain_drake.control.planning.plan import Condition, NoPlan, PlanStep, States
 from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.search import Search, SearchSettings
 from ichain_drake.control.planning.search_node import SearchNode
 from ichain_drake.control.settings import PLANNING
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import StateSpace, Variable
 
 
 @pytest.mark.parametrize(
@@ -195,3 +197,37 @@ def test_a_drive_ends_where_it_was_predicted_to() -> None:
     assert step.hold[0] == pytest.approx(2.0, abs=0.05)
     assert step.ticks >= PLANNING.retake + (0.5 - 0.05) / 0.04
     assert found.states["cup"][1] == pytest.approx(end, abs=0.05)
+
+
+def test_a_motion_that_ends_at_a_condition_is_watched_by_what_that_is_about() -> None:
+    """However far down the chain: a knob is turned until the shade is up, or for as long as was foreseen."""
+    model: Any = shade()
+    goal = parse_goal(["shade.height >= 0.6", "knob.angle >= 9"], model, SHADE_START)
+    one = Search(model, SearchSettings(), find_repertoire(model), SHADE_START, goal, None, ())
+    turn, wind = Interaction("robot", "knob"), Interaction("knob", "shade")
+    before = at({**SHADE_START, "shade": np.array([0.3])})
+    until = ("knob", "angle", 1, 2.0)
+    motion: Any = SimpleNamespace()
+    for met, height, expected in ((0, 0.62, ("shade", "height", 1, 0.62)), (0, 0.1, ("shade", "height", -1, 0.1))):
+        outcome: Any = SimpleNamespace(met=met, states={**SHADE_START, "shade": np.array([height])}, ticks=9)
+        step = one._moving(before, SimpleNamespace(chain=(turn,), motion=motion), outcome, until)  # type: ignore[arg-type]
+        assert (step.chain, step.until) == ((turn, wind), expected)
+        assert step.wanted == {("shade", "height"): height}
+        assert (step.ticks, step.motion) == (PLANNING.retake + 9, motion)
+    for met in (None, 1):
+        outcome = SimpleNamespace(met=met, states={**SHADE_START, "knob": np.array([2.0])}, ticks=9)
+        step = one._moving(before, SimpleNamespace(chain=(turn,), motion=motion), outcome, until)  # type: ignore[arg-type]
+        assert (step.chain, step.until) == ((turn,), until), "what it moves itself needs no more"
+
+
+def test_a_condition_two_links_further_down_is_watched_along_both() -> None:
+    spaces = {n: StateSpace(n, (Variable("x"),)) for n in "rabc"}
+    graph = InteractionGraph(spaces, ["r->a", "a->b", "b->c"])
+    one: Any = SimpleNamespace(model=SimpleNamespace(graph=graph), surer=(Condition("c", "x", 1.0, 2.0),))
+    states = {n: np.array([1.5]) for n in "rabc"}
+    first = Interaction("r", "a")
+    drive: Any = SimpleNamespace(chain=(first,), motion=None)
+    outcome: Any = SimpleNamespace(met=0, states=states, ticks=1)
+    step = Search._moving(one, at({n: [0.0] for n in "rabc"}), drive, outcome, ("a", "x", 1, 0.5))
+    assert [e.name for e in step.chain] == ["r->a", "a->b", "b->c"]
+    assert step.until == ("c", "x", 1, 1.5)
