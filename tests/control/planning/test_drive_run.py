@@ -140,3 +140,13 @@ def test_interactions_are_asked_anew_once_in_a_while() -> None:
     asked_in = [k for k in range(3 * PLANNING.probe) if run.rechecks(k)]
     assert asked_in == [0, PLANNING.probe, 2 * PLANNING.probe]
     assert run.pauses() == 0
+
+
+def test_each_drive_is_undone_by_as_many_steps_as_it_went() -> None:
+    run = lever(held(0.5, 0.1), held(0.5, 0.1), held(0.5, 0.1))
+    at = np.array([0.2, 0.4, 0.5])
+    stops = [Stop(0, 1), Stop(2, 3), Stop(1, 4)]
+    back = run.undo({"robot": at[:, None], "tank": np.full((3, 1), 2.0)}, stops)
+    np.testing.assert_allclose(back["robot"][:, 0], 0.1)
+    filled = [0.1 * 0.1, 0.1 * (0.3 + 0.2 + 0.1), 0.1 * (0.4 + 0.3 + 0.2 + 0.1)]
+    np.testing.assert_allclose(back["tank"][:, 0], 2.0 + np.array(filled))

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from toy_models import tap
 from winding import TURN, shade
 
@@ -122,3 +123,15 @@ def test_a_motion_goes_round_where_that_goes_on_longest_and_rests_where_nothing_
     assert (still.edge, still.wraps.tolist()) == (TURN, [False])
     np.testing.assert_array_equal(still.child, chained(0).states["knob"])
     np.testing.assert_array_equal(still.robot, chained(0).states["robot"])
+
+
+@pytest.mark.parametrize(("robot", "knob", "links"), [(0.2, 0.1, 6), (0.1, 0.2, 4)])
+def test_how_far_a_tick_leads_is_by_how_far_the_robot_goes(robot: float, knob: float, links: int) -> None:
+    """Three places, 0.08 from each other."""
+    model = shade()
+    model.step_limit["robot"][0], model.step_limit["knob"][0] = robot, knob
+    angles = np.array([0.0, 0.08, 0.16])
+    states = {
+        "robot": np.column_stack([angles, np.ones(3)]), "knob": angles[:, None], "shade": 0.5 + 0.1 * angles[:, None],
+    }  # fmt: skip
+    assert len(link(model, TURN, states, np.array([0.0, 0.0])).start) == links
