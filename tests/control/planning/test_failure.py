@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from toy_models import TAP_START, tap
+from toy_models import LAMP_START, TAP_START, lamp, tap
 
 from ichain_drake.control.planning.carries import find_carries
 from ichain_drake.control.planning.failure import Nearest, Tried
@@ -138,3 +138,23 @@ def test_where_only_an_interaction_is_not_as_it_should_be_that_is_said() -> None
     failure = bare.failure(1, exhausted=True)
     assert (failure.condition.object, failure.condition.variable, failure.edge) == ("tap", "level", PRESS)
     assert failure.closest == 0.0
+
+
+def test_what_blocked_a_drive_downwards_is_named_too() -> None:
+    found = of("tank.water <= 0.2")
+    model: Any = found.model
+    down = next(d for d in find_drives(model, find_carries(model)) if d.chain[-1].child == "tank")
+    found.note_blocked(down, PRESS, -0.3)
+    failure = found.failure(4, exhausted=True)
+    assert failure.edge == PRESS
+    assert failure.reason.endswith("robot->tap never became active on the way, its nearest decision value is -0.3")
+    up = of("tank.water >= 0.95")
+    up.note_blocked(down, PRESS, -0.3)
+    assert up.failure(4, exhausted=True).reason.endswith("in all 4 states that can be reached"), "that is another way"
+
+
+def test_what_does_not_keep_its_value_is_said_to() -> None:
+    model: Any = lamp()
+    found = Nearest(model, parse_goal(["lamp.light >= 0.99"], model, LAMP_START), LAMP_START)
+    assert found.failure(4, exhausted=True).reason.endswith("; it does not keep its value once it is let go")
+    assert of("cup.x >= 9").failure(4, exhausted=True).reason.endswith("in all 4 states that can be reached")

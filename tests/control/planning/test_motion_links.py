@@ -135,3 +135,10 @@ def test_how_far_a_tick_leads_is_by_how_far_the_robot_goes(robot: float, knob: f
         "robot": np.column_stack([angles, np.ones(3)]), "knob": angles[:, None], "shade": 0.5 + 0.1 * angles[:, None],
     }  # fmt: skip
     assert len(link(model, TURN, states, np.array([0.0, 0.0])).start) == links
+
+
+def test_what_changes_by_another_one_tells_no_states_apart_whatever_it_is_called() -> None:
+    model = tap()
+    np.testing.assert_allclose(_reach(model, "cup"), [0.1, 0.1])
+    model.passive["cup"].variables[1].kind = "change"
+    np.testing.assert_allclose(_reach(model, "cup"), [0.1, np.inf])
