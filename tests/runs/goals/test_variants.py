@@ -59,8 +59,8 @@ def test_a_line_says_what_its_trials_share() -> None:
     ("method", "message"),
     [
         ("oracle", "there is no method 'oracle'; there are monitors, no_monitors"),
-        ("monitors/knock", "method monitors has no case 'knock'; it has none, slip, noise"),
-        ("classifiers/none", "method classifiers has no case 'none'; it has none"),
+        ("monitors/knock", "method monitors has no case 'knock'; it has none, slip, noise$"),
+        ("classifiers/none", "method classifiers has no case 'none'; it has none$"),
     ],
 )
 def test_what_there_is_not_is_refused_with_what_there_is(method: str, message: str) -> None:
