@@ -1,6 +1,7 @@
 """Which columns and which estimator describe a change, and when there is none."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,12 @@ import pytest
 from ichain_drake.learning import InteractionSpec
 from ichain_drake.learning.blocks import windows
 from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning.effects import regression
 from ichain_drake.learning.effects.fitted import Regression
 from ichain_drake.learning.effects.regression import (
     _column_sets,
     _dead_band,
+    _fitted,
     _gains,
     _only_way,
     _rectified_columns,
@@ -249,3 +252,40 @@ def test_columns_that_roles_ask_for_are_tried_alone_first() -> None:
     assert len(sets) == len(set(sets)) and all(c for c, _ in sets)
     lengths = [n for c, n in sets if c == (1,)]
     assert lengths[0] == 12, "noise in inputs biases single ticks"
+
+
+@pytest.mark.parametrize("rows", [LEARNING.most_rows, 3 * LEARNING.most_rows])
+def test_of_more_rows_than_one_fit_needs_some_are_drawn_evenly_with_both_ends(rows: int) -> None:
+    seen: list[np.ndarray] = []
+
+    class Notes:
+        def fit(self, x: np.ndarray, y: np.ndarray) -> None:
+            seen.append(np.column_stack([x, y]))
+            raise ValueError("noted")
+
+    spec: Any = SimpleNamespace(make=Notes)
+    number = np.arange(float(rows))
+    assert _fitted(spec, number[:, None], -number) is None, "what can't be fitted is no candidate"
+    drawn = seen[0][:, 0]
+    assert len(drawn) == LEARNING.most_rows
+    assert (drawn[0], drawn[-1]) == (0.0, rows - 1.0)
+    assert np.ptp(np.diff(drawn)) <= 1.0
+    np.testing.assert_array_equal(seen[0][:, 1], -drawn)
+
+
+@pytest.mark.parametrize("window", [1, 2, 12])
+def test_readings_noise_is_that_of_a_mean_change_or_of_a_reading_where_nothing_is_remembered(
+    window: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    noises: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def gains(sample: _Sample, before: np.ndarray, after: np.ndarray, by_noise: np.ndarray) -> np.ndarray:
+        noises.append((by_noise, np.array([b - a for a, b in sample.judge], dtype=float)))
+        return np.zeros(3)
+
+    monkeypatch.setattr(regression, "_gains", gains)
+    x, _ = columns(8)
+    assert choose_regression(x, x[:, 0], PIECE, ROW, ESTIMATORS, window, np.zeros(6, dtype=bool), 0.01) is None
+    by_noise, length = noises[0]
+    assert length.max() == pytest.approx(window, abs=2)
+    np.testing.assert_allclose(by_noise, 1e-4 if window == 1 else 2e-4 / length**2)
