@@ -159,8 +159,8 @@ def learn_alignment(data: GraphData, edge: Interaction, noise: Mapping[str, Floa
     turned = _circular(after, angles) - _circular(before, angles)
     least = LEARNING.plain * np.sqrt(2.0) * np.linalg.norm(noise[edge.parent][ip])
     moving = np.linalg.norm(moved_p, axis=1) > least
-    turn, sway, left = np.eye(len(ic), len(ip)), np.zeros((len(ic), 2 * len(angles))), 0.0
-    if moving.sum() >= LEARNING.several:
+    turn, sway, left, rows = np.eye(len(ic), len(ip)), np.zeros((len(ic), 2 * len(angles))), 0.0, int(moving.sum())
+    if rows >= LEARNING.several:
         # A turning parent sways the child: the turn of the frames is learned where it doesn't, then the sway from all.
         still = np.abs(turned).sum(axis=1) < LEARNING.near
         steady = moving & still if (moving & still).sum() >= LEARNING.several else moving
@@ -173,9 +173,11 @@ def learn_alignment(data: GraphData, edge: Interaction, noise: Mapping[str, Floa
         turn = np.eye(len(ic)) if same_frame else turn
     elif not same_frame:
         return None
+    else:
+        rows = 0
     places = before[:, ip] @ turn.T + _circular(before, angles) @ sway.T
     shift = np.median(before[:, child_columns] - places, axis=0)
-    return Alignment(p, c, angles, turn, sway, shift, int(moving.sum()), left)
+    return Alignment(p, c, angles, turn, sway, shift, rows, left)
 
 
 def _circular(states: FloatArray, angles: tuple[int, ...]) -> FloatArray:

@@ -75,7 +75,7 @@ class InputChoice:
                 chosen += found
         for item in list(chosen):
             fewer = [c for c in chosen if c is not item]
-            if fewer and not self._clearly(self._gains(fewer, (item,)), len(candidates)):
+            if fewer and not self.clear(self._gains(fewer, (item,)), len(candidates)):
                 chosen = fewer
         return chosen
 
@@ -95,8 +95,13 @@ class InputChoice:
         """Whether an input by itself clearly tells some rows in which the interaction is inactive."""
         return clearly(self._gains([], (candidate,)))
 
-    def _clearly(self, gains: FloatArray, tried: int) -> bool:
-        """Whether an input that is one of several clearly adds something: more than one wrong flag would make up."""
+    def clear(self, gains: FloatArray, tried: int = 1) -> bool:
+        """Whether an input that is one of several clearly adds something: more than one wrong flag would make up.
+
+        Args:
+            gains: what it adds to the log-likelihood of each piece, shape (n_pieces,).
+            tried: how many inputs it was picked from.
+        """
         return clearly(gains, tried) and self._pays(float(gains.sum()))
 
     def _pays(self, gain: float) -> bool:
@@ -134,7 +139,7 @@ class InputChoice:
             if bounds[k] <= best:
                 break
             found = self._gains(chosen, free[k])
-            if self._clearly(found, tried):
+            if self.clear(found, tried):
                 gains[int(k)] = found
                 best = max(best, float(found.sum()))
         if not gains:

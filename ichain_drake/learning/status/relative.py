@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.learning.selection import by_part, clearly
+from ichain_drake.learning.selection import by_part
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.choice import Candidate, InputChoice
 from ichain_drake.learning.status.inputs import PlaceInput, RelativeInput, objects_of
@@ -43,14 +43,21 @@ def relative_if_as_good(
             gains = by_part(choice.left_out(out) - choice.left_out(other), choice.piece)
             out = out if gains.sum() > LEARNING.sure * np.sqrt(np.sum(gains**2)) else other
         if relative in out and not relative.item.alignment.rows and any(_is_place(c, ends) for c in out):
-            fewer = [c for c in candidates if not _is_place(c, ends)]
+            fewer = beside_relative([relative], candidates)
             found = choice.choose(fewer)
-            if not clearly(by_part(choice.left_out(out) - choice.left_out(found), choice.piece)):
+            if not choice.clear(by_part(choice.left_out(out) - choice.left_out(found), choice.piece)):
                 return found, fewer
     return out, list(candidates)
 
 
-def _is_place(candidate: Candidate, objects: Sequence[str]) -> bool:
+def beside_relative(chosen: Sequence[Candidate], candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates that are no place of an end of a chosen relative place, where the one doesn't move along."""
+    found = [c.item for c in chosen if isinstance(c.item, RelativeInput) and not c.item.alignment.rows]
+    ends = {name for item in found for name in objects_of(item)}
+    return [c for c in candidates if not _is_place(c, ends)]
+
+
+def _is_place(candidate: Candidate, objects: Collection[str]) -> bool:
     return isinstance(candidate.item, PlaceInput) and candidate.item.obj in objects
 
 

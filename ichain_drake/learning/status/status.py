@@ -31,7 +31,7 @@ from ichain_drake.learning.status.inputs import (
     StatusInput,
     objects_of,
 )
-from ichain_drake.learning.status.relative import relative_if_as_good
+from ichain_drake.learning.status.relative import beside_relative, relative_if_as_good
 from ichain_drake.learning.status.scores import event_f1, f1
 from ichain_drake.state import BoolArray, FloatArray
 
@@ -211,10 +211,11 @@ def _told_by_classifiers(
 ) -> _Trial:
     """Inputs of which boxes can't tell whether they add something, put to the estimators; then what they make idle.
 
-    A region with a round or slanted border is no box: what is wrong at its corners may hide what an input tells.
+    A region with a round or slanted border is no box: what is wrong at its corners may hide what an input tells. Beside
+    a relative place no place of an end is asked about: it has less noise and says the same while the other end stands.
     """
     piece, likely = data.piece_index(), [c for c in trial.chosen if not c.caused]
-    left = choice.open(likely, [c for c in candidates if c not in trial.chosen])
+    left = choice.open(likely, [c for c in beside_relative(likely, candidates) if c not in trial.chosen])
     for candidate in left:
         more = _Trial.of(data, edge, [*likely, candidate], spec)
         if not more.beats(trial, piece, len(candidates)):  # any of them might have been left

@@ -202,6 +202,9 @@ def test_two_that_stand_still_together_are_aligned_if_they_are_seen_in_one_frame
     assert found is not None
     assert (found.rows, found.unexplained) == (0, 0.0)
     np.testing.assert_allclose(found.place(np.ones(3)), place)
+    odd = np.where(np.arange(60)[:, None] == 40, 9.0, np.ones((60, 3)))
+    seen = learned(odd, box, on)
+    assert seen is not None and seen.rows == 0, "a displacement that is one odd reading of the parent teaches nothing"
     assert learned(np.ones((60, 3)), box, on, "camera") is None, "how the camera is turned, nobody knows"
 
 

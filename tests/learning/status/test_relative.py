@@ -10,9 +10,10 @@ import pytest
 from ichain_drake.demonstrations import Demonstration
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import learn_interactions
+from ichain_drake.learning.selection import clearly
 from ichain_drake.learning.status.choice import Candidate
 from ichain_drake.learning.status.inputs import PlaceInput, RelativeInput
-from ichain_drake.learning.status.relative import relative_if_as_good, rested
+from ichain_drake.learning.status.relative import beside_relative, relative_if_as_good, rested
 from ichain_drake.state import Role, StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -83,6 +84,9 @@ class Told:
     def choose(self, candidates: list[Candidate]) -> list[Candidate]:
         return [c for c in self.chosen if c in candidates]
 
+    def clear(self, gains: np.ndarray) -> bool:
+        return clearly(gains) and gains.sum() > 1.0
+
 
 def _three(monkeypatch: pytest.MonkeyPatch) -> dict[str, Candidate]:
     """The place of an oven's button, that of the food, and where the food is relative to the button."""
@@ -90,7 +94,7 @@ def _three(monkeypatch: pytest.MonkeyPatch) -> dict[str, Candidate]:
 
     def made(kind: type, name: str, *objects: str) -> Candidate:
         item: Any = kind.__new__(kind)
-        for key, value in {"objects": objects, "obj": objects[0], "alignment": SimpleNamespace(rows=())}.items():
+        for key, value in {"objects": objects, "obj": objects[0], "alignment": SimpleNamespace(rows=0)}.items():
             object.__setattr__(item, key, value)
         return Candidate(item, name, np.ones(1))  # type: ignore[arg-type]
 
@@ -109,17 +113,26 @@ def test_the_relative_place_takes_that_of_the_end_that_it_tells_best(monkeypatch
     assert left == list(three.values())
 
 
-@pytest.mark.parametrize(("without", "kept"), [(-9.0, True), (-1.5, False)])
+@pytest.mark.parametrize(("without", "alone", "kept"), [(-9.0, False, True), (-1.4, False, False), (-9.0, True, False)])
 def test_a_place_beside_a_relative_one_is_left_out_unless_it_clearly_tells_more(
-    without: float, *, kept: bool, monkeypatch: pytest.MonkeyPatch
+    without: float, *, alone: bool, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Not where a wrong flag or two would make up for it, nor in one piece alone."""
     three = _three(monkeypatch)
-    # One part alone tells more where nothing is lost: never clear.
     choice = Told({"br": -1.0, "r": without}, [three["r"]])
-    if not kept:
+    if alone:
         monkeypatch.setattr(choice, "left_out", lambda inputs: np.array([0.0, -1.0 if len(inputs) > 1 else without]))
     out, left = relative_if_as_good(choice, [three["r"], three["b"]], list(three.values()))  # type: ignore[arg-type]
     assert (out, left) == (([three["r"], three["b"]], list(three.values())) if kept else ([three["r"]], [three["r"]]))
+
+
+def test_beside_a_relative_place_no_place_of_its_ends_is_asked_about(monkeypatch: pytest.MonkeyPatch) -> None:
+    three = _three(monkeypatch)
+    every = list(three.values())
+    assert beside_relative([three["b"]], every) == every, "none is chosen"
+    assert beside_relative([three["b"], three["r"]], every) == [three["r"]]
+    three["r"].item.alignment.rows = 40  # type: ignore[attr-defined]
+    assert beside_relative([three["r"]], every) == every, "what goes along is no place beside another"
 
 
 @pytest.mark.parametrize("at", [-3.0, 0.0, 5.0])
