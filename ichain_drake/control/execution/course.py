@@ -17,7 +17,14 @@ class Motion(Protocol):
     """How the robot gets somewhere without hitting anything; what it knows of itself and the scene is its own."""
 
     def path(
-        self, now: FloatArray, goal: FloatArray, held: str | None = None, left: Mapping[str, FloatArray] | None = None
+        self,
+        now: FloatArray,
+        goal: FloatArray,
+        held: str | None = None,
+        left: Mapping[str, FloatArray] | None = None,
+        shown: FloatArray | None = None,
+        *,
+        leaves: bool = False,
     ) -> FloatArray:
         """Robot commands to a goal, one a tick, shape (n, n_root); the last is the goal.
 
@@ -26,6 +33,9 @@ class Motion(Protocol):
             goal: shape (n_root,).
             held: object that goes along with the robot.
             left: robot state, shape (n_root,), in which each object that stands around was, or would be, let go of.
+            shown: commands that were shown to lead to the goal, one a tick, shape (n, n_root), the last is the goal:
+                gone as they are where they hit nothing.
+            leaves: whether the robot leaves what it touches now; else it may touch something at the goal.
 
         Raises:
             UnreachableError: if there is no way.

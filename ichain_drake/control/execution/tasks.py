@@ -5,7 +5,7 @@ Each task keeps its own memory and answers each tick with a robot command, with 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -119,6 +119,24 @@ class View:
         root = self.model.graph.root
         space, limit = self.model.graph.objects[root].observable, self.model.step_limit[root]
         return course.towards(space, self.command, goal, limit, self.motion, held, self.standing, self.news)
+
+    def as_shown(self, rows: Sequence[FloatArray], taken: str | None, *, leaves: bool) -> list[FloatArray]:
+        """Commands that were shown, where they hit nothing; else another way to the last of them.
+
+        Args:
+            rows: shown from here on, shape (n_root,) each, n >= 1.
+            taken: object that is taken in the last of them: it is where the robot will have it.
+            leaves: see `Motion`.
+
+        Raises:
+            UnreachableError: if there is no way.
+        """
+        space = self.model.graph.objects[self.model.graph.root].observable
+        shown = np.array([space.clip(row) for row in rows])
+        if self.motion is None:
+            return list(shown)
+        left = dict(self.standing()) | ({} if taken is None else {taken: shown[-1]})
+        return list(self.motion.path(self.command, shown[-1], None, left, shown, leaves=leaves))
 
 
 @dataclass(eq=False)

@@ -30,7 +30,14 @@ class OverTheTop:
         self.asked: list[tuple[FloatArray, str | None, dict[str, FloatArray]]] = []
 
     def path(
-        self, now: FloatArray, goal: FloatArray, held: str | None = None, left: Mapping[str, FloatArray] | None = None
+        self,
+        now: FloatArray,
+        goal: FloatArray,
+        held: str | None = None,
+        left: Mapping[str, FloatArray] | None = None,
+        shown: FloatArray | None = None,
+        *,
+        leaves: bool = False,
     ) -> FloatArray:
         self.asked.append((goal, held, dict(left or {})))
         if self.blocked or len(self.asked) <= self.refused:
