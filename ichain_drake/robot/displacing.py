@@ -52,7 +52,7 @@ class BodyDisplacer(LeafSystem):
 
     It begins when it is due, the gripper does not touch the body, the body is at rest and the hand is far enough.
 
-    Ports: inputs `setpoint` (7) of the hand, `<body>` ([q; v]) and `<body>_touch` (1) of each body; output `forces`, for
+    Ports: inputs `setpoint` (7) of the hand, of each body `<body>` ([q; v]) and `<body>_touch` (1); output `forces`, for
     the plant's applied spatial forces.
 
     Args:
@@ -86,9 +86,7 @@ class BodyDisplacer(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._update)
         # Not on touch, which depends on these forces itself.
         tickets = {self.xd_ticket(), self.time_ticket(), *(one.ports[0].ticket() for one in self._bodies)}
-        self.DeclareAbstractOutputPort(
-            "forces", lambda: Value([ExternallyAppliedSpatialForce()]), self._calc, tickets
-        )
+        self.DeclareAbstractOutputPort("forces", lambda: Value([ExternallyAppliedSpatialForce()]), self._calc, tickets)
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         now = context.get_time()

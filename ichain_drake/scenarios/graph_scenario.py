@@ -71,8 +71,8 @@ class GraphScenario(Scenario, Generic[StartT]):
         seed: seed of the run.
 
     Raises:
-        InputError: see `Scenario`; and on slips and knocks in `contact`, where the plant alone moves things, and `moved`
-            there unless something is `displaced`.
+        InputError: see `Scenario`; and on slips and knocks in `contact`, where the plant alone moves things, and on
+            `moved` there unless something is `displaced`.
     """
 
     config_class: ClassVar[type[ScenarioConfig]] = GraphConfig

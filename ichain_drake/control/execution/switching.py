@@ -34,6 +34,7 @@ class Switch(Task):
     retreating: bool = False
     forced: bool = False
     far: bool = False  # whether the first state of the path is still to be reached, from wherever the robot was
+    moved: int = 0  # how often something was seen elsewhere when the path was laid
     pending: int = 0  # states of the path up to the one in which it lets go; -1 once what is left is laid out
     course: Course = field(default_factory=Course)
     onward: Task | None = None  # what the plan goes on with, where the child goes along
@@ -60,6 +61,8 @@ class Switch(Task):
         if self.path is None:
             if not self.forced and view.holds(self.edge) == self.activate:
                 return DONE
+            self.path = self._lay(view, self.activate)
+        if self.far and self.path and view.moved != self.moved:  # what it goes to may be elsewhere now
             self.path = self._lay(view, self.activate)
         self._count(view)
         if self.path:
@@ -179,7 +182,7 @@ class Switch(Task):
             child = states[self.edge.child]
             prefer = taken_as(view.model, self.motion, int(self.motion.grasp(child[None])[0][0]), child)
         path = list(view.skills.path(view.model, self.edge, activate, states, self.attempt, prefer, self.first))
-        self.far, self.course = activate, Course()
+        self.far, self.course, self.moved = activate, Course(), view.moved
         jumped = [] if activate else self._jumps(view, path)
         self.pending = jumped.index(True) + 1 if True in jumped else 0
         return path

@@ -69,6 +69,7 @@ class View:
         follows: object that was seen to go along with the robot when that moved clearly last; empty if there is none.
         stopped: whether the robot was seen just now not to get on.
         news: how often it was, where it is; see `Course`.
+        moved: how often something was seen elsewhere than before that the robot did not hold.
     """
 
     model: InteractionModel
@@ -82,6 +83,7 @@ class View:
     follows: str = ""
     stopped: bool = False
     news: int = 0
+    moved: int = 0
 
     def averaged(self, ticks: int = 3) -> dict[str, FloatArray]:
         """Measured states averaged over the last ticks; whole numbers by their median, the robot's is its command."""
@@ -118,7 +120,9 @@ class View:
         """See `Course.towards`."""
         root = self.model.graph.root
         space, limit = self.model.graph.objects[root].observable, self.model.step_limit[root]
-        return course.towards(space, self.command, goal, limit, self.motion, held, self.standing, self.news)
+        return course.towards(
+            space, self.command, goal, limit, self.motion, held, self.standing, self.news + self.moved
+        )
 
     def as_shown(self, rows: Sequence[FloatArray], taken: str | None, *, leaves: bool) -> list[FloatArray]:
         """Commands that were shown, where they hit nothing; else another way to the last of them.
