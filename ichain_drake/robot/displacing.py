@@ -52,8 +52,8 @@ class BodyDisplacer(LeafSystem):
 
     It begins when it is due, the gripper does not touch the body, the body is at rest and the hand is far enough.
 
-    Ports: inputs `setpoint` (7) of the hand, of each body `<body>` ([q; v]) and `<body>_touch` (1); output `forces`, for
-    the plant's applied spatial forces.
+    Ports: inputs `setpoint` (7) of the hand, of each body `<body>` ([q; v]) and `<body>_touch` (1); output `forces`
+    for the plant's applied spatial forces.
 
     Args:
         plant: has the bodies.
