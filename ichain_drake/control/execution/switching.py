@@ -148,7 +148,8 @@ class Switch(Task):
             if self.attempt + 1 >= view.attempts:
                 raise
             # Another event may begin where the robot can get to, or end where nothing is.
-            self.attempt, self.path = self.attempt + 1, self._lay(view, self.activate and not self.retreating)
+            self.attempt += 1
+            self.path = self._lay(view, self.activate and not self.retreating)
             return view.command.copy()
         if there:
             self.path.pop(0)
