@@ -104,7 +104,7 @@ class MotionPlanner:
             rows = [np.array(hand.space.check(v, "hand state")) for v in np.asarray(shown, dtype=float)]
             for row in rows:
                 row[grip] = start[grip]
-            if lines.follow(first, rows, 0.0) is not None:
+            if lines.follow(first, rows, shown=True) is not None:
                 return np.array([*rows[:-1], wanted])
         reached, stopped = lines.line(first, end)
         if reached is not None:

@@ -155,6 +155,21 @@ def test_what_was_shown_is_gone_as_it_was_however_near_it_is_unless_it_hits_some
         np.testing.assert_array_equal(shown[-1], rows[-1])
 
 
+def test_the_fingers_slide_out_along_what_they_held_a_little_off_their_middle(tmp_path: Path) -> None:
+    """Its place in the hand is not known so well: 4 mm of it lie in a finger, and of nothing else more than that."""
+    start = np.array([0.5, 0.0, 0.06, DOWN, 0.0])
+    rows = start + np.linspace(0.25, 1.0, 4)[:, None] * np.array([0.15, 0.0, 0.0, 0.0, 0.0])
+    for further, free in ((0.0, True), (0.01, False)):
+        block, bar = ((0.5, 0.063, 0.05), (0.04, 0.03, 0.05)), ((0.575, 0.063 - further, 0.05), (0.03, 0.03, 0.05))
+        held = {"block": block, "bar": bar}
+        planner = MotionPlanner(walls(tmp_path, **held))
+        try:
+            out = np.array_equal(planner.path(start, rows[-1], shown=rows, leaves=True), rows)
+        except UnreachableError:
+            out = False
+        assert out == free
+
+
 def test_what_it_leaves_it_does_not_lean_on_in_the_end(tmp_path: Path) -> None:
     """A finger's depth into a block: as far as a button is pressed, but no place to be once it was let go of."""
     planner = MotionPlanner(walls(tmp_path, block=((0.5, 0.0, 0.05), (0.1, 0.1, 0.1))))
