@@ -144,7 +144,7 @@ class Places:
             now: measured states, shape (n_variables,) each.
             held: what the robot holds, if anything.
         """
-        mine = {e.child for e in model.edges if e.parent == model.graph.root and e.child != held}
+        mine = [e.child for e in model.edges if e.parent == model.graph.root and e.child != held]
         fresh = {n: now[n] for n in mine if n not in self.at or _moved(model, n, self.at[n], now[n])}
         at = {n: self.at[n] for n in self.at if n in mine} | fresh
         return Places(at, self.moved + sum(n in self.at for n in fresh))
