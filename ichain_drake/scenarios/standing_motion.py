@@ -32,8 +32,7 @@ class StandingMotion:
         held: str | None = None,
         left: Mapping[str, FloatArray] | None = None,
         shown: FloatArray | None = None,
-        *,
-        leaves: bool = False,
+        touched: str | None = None,
     ) -> FloatArray:
         """See `MotionPlanner.path`."""
-        return self.planner.path(now, goal, held, {**self._standing, **(left or {})}, shown, leaves=leaves)
+        return self.planner.path(now, goal, held, {**self._standing, **(left or {})}, shown, touched)

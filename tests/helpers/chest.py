@@ -160,8 +160,7 @@ class Before:
         held: str | None = None,
         left: Mapping[str, FloatArray] | None = None,
         shown: FloatArray | None = None,
-        *,
-        leaves: bool = False,
+        touched: str | None = None,
     ) -> FloatArray:
         if self.world.shut and goal[0] > DOORWAY:
             raise UnreachableError("the lid is in the way")

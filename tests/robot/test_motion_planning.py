@@ -164,7 +164,7 @@ def test_the_fingers_slide_out_along_what_they_held_a_little_off_their_middle(tm
         held = {"block": block, "bar": bar}
         planner = MotionPlanner(walls(tmp_path, **held))
         try:
-            out = np.array_equal(planner.path(start, rows[-1], shown=rows, leaves=True), rows)
+            out = np.array_equal(planner.path(start, rows[-1], shown=rows), rows)
         except UnreachableError:
             out = False
         assert out == free
@@ -174,16 +174,30 @@ def test_what_it_leaves_it_does_not_lean_on_in_the_end(tmp_path: Path) -> None:
     """A finger's depth into a block: as far as a button is pressed, but no place to be once it was let go of."""
     planner = MotionPlanner(walls(tmp_path, block=((0.5, 0.0, 0.05), (0.1, 0.1, 0.1))))
     above = np.array([0.5, 0.0, 0.2, DOWN, 1.0])
-    lowest = next(z for z in np.arange(0.2, 0.05, -0.002) if _refused(planner, above, z, leaves=True))
-    pressed = next(z for z in np.arange(0.2, 0.05, -0.002) if _refused(planner, above, z, leaves=False))
-    assert lowest - pressed == pytest.approx(0.015, abs=0.0041)
+    depths = {touched: next(z for z in np.arange(0.2, 0.05, -0.002) if _refused(planner, above, z, touched))
+              for touched in (None, "button")}  # fmt: skip
+    assert depths[None] - depths["button"] == pytest.approx(0.015, abs=0.0041)
 
 
-def _refused(planner: MotionPlanner, start: np.ndarray, z: float, *, leaves: bool) -> bool:
+def test_on_its_way_to_something_it_pushes_nothing_else_that_stands_free(tmp_path: Path) -> None:
+    """Though it may press what it goes to, or lean on what is fixed, as deep as a button goes in."""
+    spec = walls(tmp_path)
+    planner = MotionPlanner(spec, {"cup": CUP}, {"cup": UPRIGHT.inverse()})
+    start = np.array([0.5, 0.0, 0.3, DOWN, 1.0])
+    on_top = next(z for z in np.arange(0.2, 0.05, -0.001) if _cup_under(planner, start, z, "mug"))
+    pressed = next(z for z in np.arange(0.2, 0.05, -0.001) if _cup_under(planner, start, z, "cup"))
+    assert on_top - pressed == pytest.approx(0.015, abs=0.003)
+
+
+def _cup_under(planner: MotionPlanner, start: np.ndarray, z: float, touched: str) -> bool:
+    return _refused(planner, start, z, touched, {"cup": np.array([0.5, 0.0, 0.05, DOWN, 1.0])})
+
+
+def _refused(planner: MotionPlanner, start: np.ndarray, z: float, touched: str | None, left: object = None) -> bool:
     goal = start.copy()
     goal[2] = z
     try:
-        planner.path(start, goal, leaves=leaves)
+        planner.path(start, goal, left=left, shown=np.linspace(start, goal, 6)[1:], touched=touched)  # type: ignore[arg-type]
     except UnreachableError:
         return True
     return False

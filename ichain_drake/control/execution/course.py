@@ -23,8 +23,7 @@ class Motion(Protocol):
         held: str | None = None,
         left: Mapping[str, FloatArray] | None = None,
         shown: FloatArray | None = None,
-        *,
-        leaves: bool = False,
+        touched: str | None = None,
     ) -> FloatArray:
         """Robot commands to a goal, one a tick, shape (n, n_root); the last is the goal.
 
@@ -35,7 +34,7 @@ class Motion(Protocol):
             left: robot state, shape (n_root,), in which each object that stands around was, or would be, let go of.
             shown: commands that were shown to lead to the goal, one a tick, shape (n, n_root), the last is the goal:
                 gone as they are where they hit nothing.
-            leaves: whether the robot leaves what it touches now; else it may touch something at the goal.
+            touched: object that they lead to, which is touched at the goal; None where they lead away from everything.
 
         Raises:
             UnreachableError: if there is no way.

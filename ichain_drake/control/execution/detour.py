@@ -105,8 +105,7 @@ class Detour:
         held: str | None = None,
         left: Mapping[str, FloatArray] | None = None,
         shown: FloatArray | None = None,
-        *,
-        leaves: bool = False,
+        touched: str | None = None,
     ) -> FloatArray:
         """See `Motion`; what else changes on the way does so in proportion. What was shown, it may be to push, is free.
 

@@ -165,9 +165,9 @@ class Switch(Task):
         assert self.path and self.edge is not None
         if self.far or self.pending:
             return
-        leaves, jumped = self.mode is Mode.DEACTIVATE, self._jumps(view, self.path)
+        jumped = self._jumps(view, self.path)
         count = jumped.index(True) + 1 if True in jumped else len(self.path)
-        way = view.as_shown(self.path[:count], None if leaves else self.edge.child, leaves=leaves)
+        way = view.as_shown(self.path[:count], None if self.mode is Mode.DEACTIVATE else self.edge.child)
         self.path, self.pending = [*way, *self.path[count:]], -1
 
     def _jumps(self, view: View, path: Sequence[FloatArray]) -> list[bool]:

@@ -124,13 +124,13 @@ class View:
             space, self.command, goal, limit, self.motion, held, self.standing, self.news + self.moved
         )
 
-    def as_shown(self, rows: Sequence[FloatArray], taken: str | None, *, leaves: bool) -> list[FloatArray]:
+    def as_shown(self, rows: Sequence[FloatArray], taken: str | None) -> list[FloatArray]:
         """Commands that were shown, where they hit nothing; else another way to the last of them.
 
         Args:
             rows: shown from here on, shape (n_root,) each, n >= 1.
-            taken: object that is taken in the last of them: it is where the robot will have it.
-            leaves: see `Motion`.
+            taken: object that is taken in the last of them: it is where the robot will have it. None where they lead
+                away from everything.
 
         Raises:
             UnreachableError: if there is no way.
@@ -140,7 +140,7 @@ class View:
         if self.motion is None:
             return list(shown)
         left = dict(self.standing()) | ({} if taken is None else {taken: shown[-1]})
-        return list(self.motion.path(self.command, shown[-1], None, left, shown, leaves=leaves))
+        return list(self.motion.path(self.command, shown[-1], None, left, shown, taken))
 
 
 @dataclass(eq=False)

@@ -36,8 +36,7 @@ class OverTheTop:
         held: str | None = None,
         left: Mapping[str, FloatArray] | None = None,
         shown: FloatArray | None = None,
-        *,
-        leaves: bool = False,
+        touched: str | None = None,
     ) -> FloatArray:
         self.asked.append((goal, held, dict(left or {})))
         if self.blocked or len(self.asked) <= self.refused:

@@ -153,11 +153,11 @@ class Around:
     """A motion that notes what it is asked, goes to one side, and refuses ways that were shown, so many of them."""
 
     def __init__(self, refused: int = 0) -> None:
-        self.asked: list[tuple[np.ndarray, np.ndarray, object, dict[str, np.ndarray], bool]] = []
+        self.asked: list[tuple[np.ndarray, np.ndarray, object, dict[str, np.ndarray], str | None]] = []
         self.refused = refused
 
-    def path(self, now, goal, held=None, left=None, shown=None, *, leaves=False):
-        self.asked.append((now, goal, shown, dict(left or {}), leaves))
+    def path(self, now, goal, held=None, left=None, shown=None, touched=None):
+        self.asked.append((now, goal, shown, dict(left or {}), touched))
         if shown is not None and len(self.shown) <= self.refused:
             raise UnreachableError("the table is in the way")
         beside = 0.5 * (now + goal) + [0.05, 0.0, 0.0]
@@ -165,7 +165,7 @@ class Around:
         return np.array([beside, goal])
 
     @property
-    def shown(self) -> list[tuple[np.ndarray, np.ndarray, object, dict[str, np.ndarray], bool]]:
+    def shown(self) -> list[tuple[np.ndarray, np.ndarray, object, dict[str, np.ndarray], str | None]]:
         return [a for a in self.asked if a[2] is not None]
 
 
@@ -185,7 +185,7 @@ def test_the_approach_is_laid_out_up_to_where_the_hand_closes_around_what_is_the
     np.testing.assert_array_equal(far[1], APPROACH[0])
     np.testing.assert_array_equal(near[2], APPROACH[1:5])
     np.testing.assert_array_equal(near[3]["dimmer"], APPROACH[4], "it lies in the hand as it is taken")
-    assert not near[4]
+    assert near[4] == "dimmer"
     assert max(row[0] for row in gone) == pytest.approx(0.35), "the way that was laid out"
 
 
@@ -193,11 +193,11 @@ def test_the_retreat_is_laid_out_from_where_the_hand_has_opened_and_leaves_what_
     motion, paths = Around(), Shown()
     options = {"motion": motion, "standing": lambda: ELSEWHERE}
     assert run(Switch(DIM, activate=False), paths, HELD, **options)[0] == DONE  # type: ignore[arg-type]
-    ((now, goal, shown, left, leaves),) = motion.asked
+    ((now, goal, shown, left, touched),) = motion.asked
     np.testing.assert_array_equal(now, RETREAT[0], "open, and where it was")
     np.testing.assert_array_equal(shown, RETREAT[1:])
     np.testing.assert_array_equal(goal, RETREAT[-1])
-    assert (left, leaves) == (ELSEWHERE, True)
+    assert (left, touched) == (ELSEWHERE, None)
 
 
 @pytest.mark.parametrize("activate", [True, False])
