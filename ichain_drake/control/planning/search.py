@@ -20,7 +20,7 @@ from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Alike, Landmarks, unmet_conditions
-from ichain_drake.control.planning.holding import can_hold, hold_probability
+from ichain_drake.control.planning.holding import can_hold, hold_margin, hold_probability
 from ichain_drake.control.planning.letting_go import in_hand, stays
 from ichain_drake.control.planning.model import Batch, row, stack, take
 from ichain_drake.control.planning.places import carry_targets, wanted_place
@@ -232,7 +232,17 @@ class Search:
 
     def _driven(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         free = [n for n in layer if n.held is None]
-        placed = [(n, d.placed(self.frames, n.states)) for n in free for d in self.options.drives]
+        taken = {c.edge: hold_probability(self.model, c.edge, [n.states for n in free]) for c in self.options.carries}
+        placed = []
+        for k, node in enumerate(free):
+            for drive in self.options.drives:
+                edge = None if drive.carry is None else drive.carry.edge
+                if edge is None or taken[edge][k] >= PLANNING.likely:
+                    placed.append((node, drive.placed(self.frames, node.states)))
+                else:  # the robot can't take it where it is
+                    margin = hold_margin(self.model, edge, node.states)
+                    self.nearest.note_tried(drive, np.nan, float(taken[edge][k]), edge)
+                    self.nearest.note_blocked(drive, edge, margin)
         rows = [(n, d) for n, d in placed if d is not None]
         self.dropped |= len(rows) < len(placed)  # between what was shown there may be one that is within reach
         results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.options.borders)

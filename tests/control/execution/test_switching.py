@@ -232,3 +232,48 @@ def test_what_it_goes_to_is_looked_for_anew_when_something_was_seen_elsewhere_un
         command = answer
     assert answer == DONE
     assert paths.asked == [(True, 0), (True, 0)]
+
+
+class NoWay:
+    """A motion that finds no way the first few times."""
+
+    def __init__(self, times: int) -> None:
+        self.times, self.asked = times, 0
+
+    def path(self, now, goal, held=None, left=None, shown=None, touched=None):
+        self.asked += 1
+        if self.asked <= self.times:
+            raise UnreachableError("there is a wall")
+        return np.array([goal]) if shown is None else shown
+
+    def __deepcopy__(self, memo: object) -> NoWay:
+        return self
+
+
+def test_where_the_robot_does_not_get_to_one_event_another_is_tried() -> None:
+    paths, wall = Paths(), NoWay(2)
+    answer, _ = run(Switch(DIM, activate=True), paths, FREE + [0.5, 0.0, 0.0], motion=wall, attempts=4)
+    assert answer == DONE
+    assert [n for _, n in paths.asked] == [0, 1, 2]
+    with pytest.raises(UnreachableError, match="wall"):
+        run(Switch(DIM, activate=True), Paths(), FREE + [0.5, 0.0, 0.0], motion=NoWay(9), attempts=3)
+
+
+def test_it_travels_until_it_is_where_what_was_shown_begins_and_each_part_is_laid_out_once() -> None:
+    task, paths, free = Switch(DIM, activate=True), Paths(), NoWay(0)
+    assert not task.travels
+    command = FREE + [0.5, 0.0, 0.0]
+    seen = []
+    for _ in range(6):
+        answer = task.act(View(lamp(), paths, [{**LAMP_START, "robot": command}], command, motion=free))  # type: ignore[arg-type]
+        seen.append((task.travels, free.asked))
+        if not isinstance(answer, np.ndarray):
+            break
+        command = answer
+    assert seen[0] == (False, 1), "in one step it is there"
+    assert seen[-1][1] == 2, "the approach"
+    assert all(asked <= 2 for _, asked in seen)
+    letting_go = Switch(DIM, activate=False, forced=True)
+    letting_go.act(View(lamp(), paths, [{**LAMP_START, "robot": HELD}], HELD, motion=free))  # type: ignore[arg-type]
+    assert free.asked == 2, "it opens where it is"
+    assert not letting_go.far
