@@ -2,6 +2,7 @@
 
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.robot.build import ROBOT_PHYSICS, Physics, build_robot
+from ichain_drake.robot.displacing import Displacement
 from ichain_drake.robot.hand import HAND, HandSpec, RingPath, SphereSurface
 from ichain_drake.robot.ideal import IdealHand
 from ichain_drake.robot.models import model_parser, models_path, package_map
@@ -14,6 +15,7 @@ __all__ = [
     "ROBOT_PHYSICS",
     "ArmRobot",
     "BodySpec",
+    "Displacement",
     "HandSpec",
     "IdealHand",
     "MotionPlanner",

@@ -10,6 +10,7 @@ from pydrake.geometry import QueryObject
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import Demultiplexer, ZeroOrderHold
 
+from ichain_drake.robot.displacing import BodyDisplacer, Displacement
 from ichain_drake.robot.hand import GRIP, HAND
 from ichain_drake.robot.inverse_kinematics import FRAME_MARK, InverseKinematics
 from ichain_drake.robot.kinematics import ArmKinematics
@@ -40,9 +41,10 @@ class ArmRobot(Diagram):
         object_id: the robot object's number, which keys its noise.
         start: full hand state of the default context, shape (7,); the spec's home by default. With grip 1 the fingers
             are closed until they just touch what is between them.
+        displacements: of bodies, by object name, by somebody else: a fault.
 
     Raises:
-        InputError: if models, names or gains don't fit.
+        InputError: if models, names or gains don't fit, or what is to be displaced is no free body.
         UnreachableError: if the arm can't reach the home hand state, or the start.
     """
 
@@ -53,6 +55,7 @@ class ArmRobot(Diagram):
         seed: int = 0,
         object_id: int = 0,
         start: FloatArray | None = None,
+        displacements: Mapping[str, tuple[Displacement, ...]] | None = None,
     ) -> None:
         super().__init__()
         self.spec = spec
@@ -125,6 +128,13 @@ class ArmRobot(Diagram):
             for name, instance in self._robot.bodies.items():
                 builder.ExportOutput(plant.get_state_output_port(instance), f"{name}_body")
                 builder.ExportOutput(touch.GetOutputPort(name), f"{name}_touch")
+            if displacements:
+                displacer = add("displacer", BodyDisplacer(plant, self._robot.bodies, displacements))
+                connect(self.motion.GetOutputPort("setpoint"), displacer.GetInputPort("setpoint"))
+                connect(displacer.get_output_port(), plant.get_applied_spatial_force_input_port())
+                for name in displacements:
+                    connect(plant.get_state_output_port(self._robot.bodies[name]), displacer.GetInputPort(name))
+                    connect(touch.GetOutputPort(name), displacer.GetInputPort(f"{name}_touch"))
         builder.ExportOutput(positions.get_output_port(0), "plant_positions")
         builder.ExportOutput(self.scene_graph.get_query_output_port(), "query")
         builder.BuildInto(self)

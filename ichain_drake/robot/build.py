@@ -9,6 +9,7 @@ from typing import Literal
 
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.robot.arm import ArmRobot
+from ichain_drake.robot.displacing import Displacement
 from ichain_drake.robot.hand import HAND
 from ichain_drake.robot.ideal import IdealHand
 from ichain_drake.robot.spec import BodySpec, RobotSpec
@@ -28,6 +29,7 @@ def build_robot(
     seed: int = 0,
     object_id: int = 0,
     start: FloatArray | None = None,
+    displacements: Mapping[str, tuple[Displacement, ...]] | None = None,
 ) -> IdealHand | ArmRobot:
     """Build the robot: the same ports and the same tick in every physics.
 
@@ -40,6 +42,7 @@ def build_robot(
         object_id: the robot object's number, which keys its noise.
         start: full hand state of the default context, shape (7,); the spec's home by default. In `contact` a closed
             hand holds what is between its fingers then.
+        displacements: of free bodies, by object name, by somebody else; in `contact` only.
 
     Raises:
         InputError: on an unknown physics, or models, names or gains that don't fit.
@@ -52,7 +55,9 @@ def build_robot(
         speeds = {"linear_speed": spec.linear_speed, "angular_speed": spec.angular_speed}
         home = spec.home_hand() if start is None else HAND.check(start, "hand state")
         return IdealHand(spec.hand, home, seed, object_id, **speeds)
-    return ArmRobot(spec, (bodies or {}) if physics == "contact" else {}, seed, object_id, start)
+    if physics == "arm":
+        return ArmRobot(spec, {}, seed, object_id, start)
+    return ArmRobot(spec, bodies or {}, seed, object_id, start, displacements)
 
 
 _OF_A_POINT = ("hand", "home", "linear_speed", "angular_speed")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from pydrake.geometry import CollisionFilterDeclaration, QueryObject
@@ -83,15 +83,26 @@ class CollisionScene:
             if name in left:
                 self._open(name, joint, left[name])
 
-    def clearance(self, joints: FloatArray, full: FloatArray, margin: float) -> float:
+    @property
+    def free(self) -> frozenset[str]:
+        """Names of the bodies that stand free, but what is held: what the arm would push aside or over."""
+        return frozenset(self._free) - {self.held}
+
+    def clearance(
+        self, joints: FloatArray, full: FloatArray, margin: float, bodies: Collection[str | None] | None = None
+    ) -> float:
         """Least distance [m], negative where bodies overlap; `margin` if everything is farther away.
 
         Args:
             joints: of the arm, shape (n_joints,).
             full: hand state, shape (7,); what is held goes with it.
             margin: [m].
+            bodies: names of those that count; None for all.
         """
-        return min((d for d, _, _ in self._near(joints, full, margin)), default=margin)
+        near = self._near(joints, full, margin)
+        if bodies is not None:
+            near = [pair for pair in near if any(name.partition(".")[0] in bodies for name in pair[1:])]
+        return min((d for d, _, _ in near), default=margin)
 
     def touching(self, joints: FloatArray, full: FloatArray, margin: float = 0.0) -> tuple[str, ...]:
         """Pairs of bodies nearer to each other than `margin` [m], as "body - body", the nearest first."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,11 +73,11 @@ class HandLines:
         count, way = self.ticks(a, b), self.space.difference(b, a)
         return [a + k / count * way for k in range(1, count)] + [b]
 
-    def step(self, node: TreeNode, hand: FloatArray) -> tuple[TreeNode | None, Stretch]:
+    def step(self, node: TreeNode, hand: FloatArray, *, shown: bool = False) -> tuple[TreeNode | None, Stretch]:
         """One tick to a hand state; None where the arm can't follow or comes too close to something."""
         self.steps += 1
         stretch = self._rollout.tick(node.joints, self.spec.full(node.hand), self.spec.full(hand))
-        return (TreeNode(hand, stretch.joints, node) if self._allowed(stretch) else None), stretch
+        return (TreeNode(hand, stretch.joints, node) if self._allowed(stretch, shown=shown) else None), stretch
 
     def line(self, node: TreeNode, hand: FloatArray) -> tuple[TreeNode | None, Stretch | None]:
         """A line to a hand state: where it ends, or None and the tick that can't be gone."""
@@ -87,26 +88,28 @@ class HandLines:
             node = following
         return node, None
 
-    def follow(self, node: TreeNode, rows: list[FloatArray]) -> list[TreeNode] | None:
-        """Ticks from a node to one hand state after the other; None if one of them can't be gone."""
+    def follow(self, node: TreeNode, rows: Iterable[FloatArray], *, shown: bool = False) -> list[TreeNode] | None:
+        """Ticks from a node to one hand state after the other, as they were shown or not; None if one can't be gone."""
         out: list[TreeNode] = []
         for hand in rows:
-            following, _ = self.step(out[-1] if out else node, hand)
+            following, _ = self.step(out[-1] if out else node, hand, shown=shown)
             if following is None:
                 return None
             out.append(following)
         return out
 
-    def _allowed(self, stretch: Stretch) -> bool:
+    def _allowed(self, stretch: Stretch, *, shown: bool) -> bool:
         """Near an end that is close to something the way may be as close; the farther from it the less.
 
-        Turned in place, as at a knob, the hand is still there.
+        Turned in place, as at a knob, the hand is still there. What was shown needs no margin, and slides along what is
+        between the fingers at its start: how it lies there is not known to the millimetre.
         """
-        if not stretch.follows or stretch.clearance >= MARGIN:
+        margin = 0.0 if shown else MARGIN
+        if not stretch.follows or stretch.clearance >= margin:
             return stretch.follows
         place = self.spec.reduce(stretch.full)[self.place]
         least = min(
-            near - _SLACK + _SLOPE * float(np.linalg.norm(place - end.hand[self.place]))
-            for end, near in zip(self.ends, self.clearances, strict=True)
+            near - _SLACK + slope * float(np.linalg.norm(place - end.hand[self.place]))
+            for end, near, slope in zip(self.ends, self.clearances, (0.0 if shown else _SLOPE, _SLOPE), strict=True)
         )
-        return stretch.clearance >= min(least, MARGIN)
+        return stretch.clearance >= min(least, margin)

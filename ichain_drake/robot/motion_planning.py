@@ -63,6 +63,8 @@ class MotionPlanner:
         goal: ArrayLike,
         held: str | None = None,
         left: Mapping[str, FloatArray] | None = None,
+        shown: ArrayLike | None = None,
+        touched: str | None = None,
     ) -> FloatArray:
         """Hand commands to a goal, one a tick.
 
@@ -74,6 +76,10 @@ class MotionPlanner:
             goal: wanted hand state, shape (n_exposed,).
             held: object that is held and goes along; one without a declared body is taken for small.
             left: hand state, shape (n_exposed,), in which each object that stands around was, or would be, let go of.
+            shown: commands that were shown to lead to the goal, one a tick, shape (n, n_exposed), the last is the goal:
+                gone as they are if nothing is touched, however near it is; else as any other way.
+            touched: object that they lead to: of what is not fixed, nothing else is touched on the way and at the goal.
+                None where they lead away from everything.
 
         Returns:
             shape (n, n_exposed), n >= 1; the last row is the goal.
@@ -91,9 +97,25 @@ class MotionPlanner:
         scene.place({n: hand.full(v) for n, v in (left or {}).items() if n != held})
         first, last = (TreeNode(v, self.kinematics.solve(hand.full(v))) for v in (start, end))
         lines = HandLines(hand, ArmRollout(self.kinematics, scene, MARGIN), (first, last))
-        overlap = _PRESSED if scene.held is None else _PUT_DOWN
+        leaves = shown is not None and touched is None
+        overlap = 0.0 if leaves else _PRESSED if scene.held is None else _PUT_DOWN
         if lines.clearances[1] < min(-overlap, lines.clearances[0]):
             raise UnreachableError(self._blocked(lines, scene))
+        if shown is not None:
+            rows = [np.array(hand.space.check(v, "hand state")) for v in np.asarray(shown, dtype=float)]
+            for row in rows:
+                row[grip] = start[grip]
+            others = scene.free - {touched}
+
+            def apart(node: TreeNode) -> float:
+                return scene.clearance(node.joints, hand.full(node.hand), 0.0, others)
+
+            least = min(0.0, apart(first))
+            if apart(last) < least:
+                raise UnreachableError(self._blocked(lines, scene))
+            nodes = lines.follow(first, rows, shown=True)
+            if nodes is not None and all(apart(node) >= least for node in nodes):
+                return np.array([*rows[:-1], wanted])
         reached, stopped = lines.line(first, end)
         if reached is not None:
             rows = lines.points(start, end)

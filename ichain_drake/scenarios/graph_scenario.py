@@ -17,7 +17,7 @@ from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.objects.base import WorldObject
-from ichain_drake.robot import BodySpec, Physics, RobotSpec, build_robot, hand_pose
+from ichain_drake.robot import BodySpec, Displacement, Physics, RobotSpec, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.scenarios.base import Progress, Scenario
 from ichain_drake.scenarios.config import ScenarioConfig
@@ -71,13 +71,17 @@ class GraphScenario(Scenario, Generic[StartT]):
         seed: seed of the run.
 
     Raises:
-        InputError: see `Scenario`; and on slips, knocks and `moved` in `contact`, where the plant alone moves things.
+        InputError: see `Scenario`; and on slips and knocks in `contact`, where the plant alone moves things, and on
+            `moved` there unless something is `displaced`.
     """
 
     config_class: ClassVar[type[ScenarioConfig]] = GraphConfig
     config: GraphConfig
     closes_by: ClassVar[float] = 0.02
     """How far the fingers of a hand that is drawn come together when it grips [m]."""
+
+    displaced: ClassVar[tuple[str, ...]] = ()
+    """Objects that the fault `moved` meets in `contact`: free bodies, which a force on them alone brings elsewhere."""
 
     script_purpose: ClassVar[int] = 2
     """Key of the script's random numbers, beside the seed."""
@@ -112,6 +116,10 @@ class GraphScenario(Scenario, Generic[StartT]):
     def bodies(self, start: StartT, faults: Faults) -> Mapping[str, BodySpec]:
         """Bodies in the arm's plant, by object name; `contact` needs them for whatever a hand touches."""
         return {}
+
+    def spared(self, place: FloatArray) -> bool:
+        """Whether nobody displaces what stands at a place in the robot's frame [m], shape (3,), in `contact`."""
+        return False
 
     def start_hand(self, start: StartT) -> FloatArray:
         """The full hand state that a world starts from, shape (7,): at home unless overridden."""
@@ -151,7 +159,8 @@ class GraphScenario(Scenario, Generic[StartT]):
         """Refuse faults that the physics can't have."""
         super().check_config()
         kind = self.config.fault.kind
-        if self.physics == "contact" and kind in ("slip", "knock", "moved"):
+        refused = ("slip", "knock") if self.displaced else ("slip", "knock", "moved")
+        if self.physics == "contact" and kind in refused:
             raise InputError(f"fault.kind {kind}: in contact the plant alone moves things; choose ideal or arm")
 
     def start(self, run: int) -> StartT:
@@ -197,7 +206,11 @@ class GraphScenario(Scenario, Generic[StartT]):
         bodies = self.bodies(start, faults)
         if physics == "contact" and not bodies:
             raise InputError(f"{self.name}: no object has a body that a hand could touch; choose ideal or arm")
-        robot = build_robot(self._robot_spec(), physics, bodies, seed, start=self.start_hand(start))
+        moves = tuple(Displacement(time, x, y, faults.away, self.spared) for time, x, y in faults.knocks)
+        displacements = dict.fromkeys(self.displaced, moves) if moves else None
+        robot = build_robot(
+            self._robot_spec(), physics, bodies, seed, start=self.start_hand(start), displacements=displacements
+        )
         touched = bodies if isinstance(robot, ArmRobot) and physics == "contact" else {}
         sizes = {name: robot.body_size(name) for name in touched}  # type: ignore[union-attr] # an ArmRobot
         make = ObjectMaker(self.graph, seed, self.config.noise.scale, sizes, faults)

@@ -26,7 +26,13 @@ class StandingMotion:
         self._standing = {n: np.array(v, dtype=float) for n, v in standing.items()}
 
     def path(
-        self, now: FloatArray, goal: FloatArray, held: str | None = None, left: Mapping[str, FloatArray] | None = None
+        self,
+        now: FloatArray,
+        goal: FloatArray,
+        held: str | None = None,
+        left: Mapping[str, FloatArray] | None = None,
+        shown: FloatArray | None = None,
+        touched: str | None = None,
     ) -> FloatArray:
         """See `MotionPlanner.path`."""
-        return self.planner.path(now, goal, held, {**self._standing, **(left or {})})
+        return self.planner.path(now, goal, held, {**self._standing, **(left or {})}, shown, touched)

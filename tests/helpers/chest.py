@@ -154,7 +154,13 @@ class Before:
         self.world = world
 
     def path(
-        self, now: FloatArray, goal: FloatArray, held: str | None = None, left: Mapping[str, FloatArray] | None = None
+        self,
+        now: FloatArray,
+        goal: FloatArray,
+        held: str | None = None,
+        left: Mapping[str, FloatArray] | None = None,
+        shown: FloatArray | None = None,
+        touched: str | None = None,
     ) -> FloatArray:
         if self.world.shut and goal[0] > DOORWAY:
             raise UnreachableError("the lid is in the way")

@@ -138,3 +138,66 @@ def test_only_what_can_be_moved_is_held(tmp_path: Path) -> None:
     fixed = replace(CUP, fixed=True)
     with pytest.raises(InputError, match="in_hand: cup is fixed and has 0 joints"):
         MotionPlanner(RobotSpec(), {"cup": fixed}, {"cup": RigidTransform()})
+
+
+def test_what_was_shown_is_gone_as_it_was_however_near_it_is_unless_it_hits_something(tmp_path: Path) -> None:
+    """Along a wall a few millimetres beside the palm: no way that anybody would lay out, but free."""
+    beside = np.array([0.0, 0.06, 0.0, 0.0, 0.0])
+    start = np.array([0.42, 0.0, 0.08, DOWN, 0.0]) + beside
+    rows = start + np.linspace(0.2, 1.0, 5)[:, None] * np.array([0.16, 0.0, 0.0, 0.0, 0.0])
+    for gap, free in ((0.004, True), (-0.004, False)):
+        middle = start[1] + 0.055 + gap + 0.01  # half the width of the palm, and of the wall
+        planner = MotionPlanner(walls(tmp_path, wall=((0.5, middle, 0.09), (0.04, 0.02, 0.18))))
+        shown = planner.path(start, rows[-1], shown=rows)
+        assert np.array_equal(shown, rows) == free
+        unseen = planner.path(start, rows[-1])
+        assert np.ptp(unseen[:, [1, 2]], axis=0).max() > 0.004, "with room to spare"
+        np.testing.assert_array_equal(shown[-1], rows[-1])
+
+
+def test_the_fingers_slide_out_along_what_they_held_a_little_off_their_middle(tmp_path: Path) -> None:
+    """Its place in the hand is not known so well: 4 mm of it lie in a finger, and of nothing else more than that."""
+    start = np.array([0.5, 0.0, 0.06, DOWN, 0.0])
+    rows = start + np.linspace(0.25, 1.0, 4)[:, None] * np.array([0.15, 0.0, 0.0, 0.0, 0.0])
+    for further, free in ((0.0, True), (0.01, False)):
+        block, bar = ((0.5, 0.063, 0.05), (0.04, 0.03, 0.05)), ((0.575, 0.063 - further, 0.05), (0.03, 0.03, 0.05))
+        held = {"block": block, "bar": bar}
+        planner = MotionPlanner(walls(tmp_path, **held))
+        try:
+            out = np.array_equal(planner.path(start, rows[-1], shown=rows), rows)
+        except UnreachableError:
+            out = False
+        assert out == free
+
+
+def test_what_it_leaves_it_does_not_lean_on_in_the_end(tmp_path: Path) -> None:
+    """A finger's depth into a block: as far as a button is pressed, but no place to be once it was let go of."""
+    planner = MotionPlanner(walls(tmp_path, block=((0.5, 0.0, 0.05), (0.1, 0.1, 0.1))))
+    above = np.array([0.5, 0.0, 0.2, DOWN, 1.0])
+    depths = {touched: next(z for z in np.arange(0.2, 0.05, -0.002) if _refused(planner, above, z, touched))
+              for touched in (None, "button")}  # fmt: skip
+    assert depths[None] - depths["button"] == pytest.approx(0.015, abs=0.0041)
+
+
+def test_on_its_way_to_something_it_pushes_nothing_else_that_stands_free(tmp_path: Path) -> None:
+    """Though it may press what it goes to, or lean on what is fixed, as deep as a button goes in."""
+    spec = walls(tmp_path)
+    planner = MotionPlanner(spec, {"cup": CUP}, {"cup": UPRIGHT.inverse()})
+    start = np.array([0.5, 0.0, 0.3, DOWN, 1.0])
+    on_top = next(z for z in np.arange(0.2, 0.05, -0.001) if _cup_under(planner, start, z, "mug"))
+    pressed = next(z for z in np.arange(0.2, 0.05, -0.001) if _cup_under(planner, start, z, "cup"))
+    assert on_top - pressed == pytest.approx(0.015, abs=0.003)
+
+
+def _cup_under(planner: MotionPlanner, start: np.ndarray, z: float, touched: str) -> bool:
+    return _refused(planner, start, z, touched, {"cup": np.array([0.5, 0.0, 0.05, DOWN, 1.0])})
+
+
+def _refused(planner: MotionPlanner, start: np.ndarray, z: float, touched: str | None, left: object = None) -> bool:
+    goal = start.copy()
+    goal[2] = z
+    try:
+        planner.path(start, goal, left=left, shown=np.linspace(start, goal, 6)[1:], touched=touched)  # type: ignore[arg-type]
+    except UnreachableError:
+        return True
+    return False

@@ -134,8 +134,9 @@ def test_demonstrations_share_no_noise_with_any_run_of_an_evaluation() -> None:
 def test_what_can_not_be_is_refused() -> None:
     with pytest.raises(ic.InputError, match="rolling has no fault 'slip'; it has none"):
         Rolling(["fault.kind=slip"], physics="ideal")
-    with pytest.raises(ic.InputError, match="fault.kind knock: in contact the plant alone moves things"):
-        Faulty(["fault.kind=knock"], physics="contact")
+    for kind in ("slip", "knock", "moved"):
+        with pytest.raises(ic.InputError, match=f"fault.kind {kind}: in contact the plant alone moves things"):
+            Faulty([f"fault.kind={kind}"], physics="contact")
     with pytest.raises(ic.InputError, match="rolling: no object has a body that a hand could touch"):
         Rolling(physics="contact").make_world(0)
 

@@ -224,3 +224,17 @@ def test_every_fault_happens_to_the_run_alone(fault: str) -> None:
         happens = seen[fault]
         assert sum(seen.values()) == happens
     assert happens
+
+
+def test_by_contact_the_bottle_alone_is_moved_while_the_hand_is_away() -> None:
+    wrong = KettleScenario(("fault.kind=moved", "fault.time=[0.4,0.5]", "noise.scale=0"), "contact", seed=1)
+    log = Episode(wrong.make_world(0), Commands(np.tile(wrong.start(0).hand, (12, 1))))
+    log.run(12)
+    states = log.log().states
+    shift = {n: states[n][-1, :3] - states[n][0, :3] for n in (BOTTLE, KETTLE)}
+    assert np.linalg.norm(shift[BOTTLE]) == pytest.approx(wrong.config.fault.moved, abs=1e-3)
+    assert abs(states[BOTTLE][-1, 3]) < 1e-2, "it stands"
+    assert np.linalg.norm(shift[KETTLE]) < 1e-3
+    for kind in ("slip", "knock"):
+        with pytest.raises(InputError, match=f"fault.kind {kind}: in contact the plant alone moves things"):
+            KettleScenario((f"fault.kind={kind}",), "contact", seed=1)

@@ -302,3 +302,14 @@ def test_each_border_of_an_interaction_has_figures_of_its_own() -> None:
     found = {"table": [], "classifiers": lines, "held_out": {"pieces": 6, "seeds": [0]}, "skipped": {}}
     shown = [row.split() for row in format_evaluation(scenario(), found).splitlines()]
     assert sum(row[:2] == ["by", DOOR] for row in shown) == 3
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_by_contact_food_is_moved_unless_it_is_in_the_oven(inside: bool) -> None:
+    wrong = Microwave(("fault.kind=moved", "fault.time=[0.2,0.3]", "fault.away=0", "noise.scale=0"), "contact", seed=1)
+    start = wrong.start(0)
+    start = dataclasses.replace(start, food=PLACE, door=OPEN) if inside else start
+    episode = Episode(wrong.build_world(start, 0, faulty=True), Commands(np.tile(start.hand, (9, 1))))
+    episode.run(9)
+    food = episode.log().states[FOOD]
+    assert np.linalg.norm(food[-1, :3] - food[0, :3]) == pytest.approx(0.0 if inside else 0.1, abs=2e-3)

@@ -124,6 +124,32 @@ class Carried:
         return all(_moved(model, obj, was, now[obj]) for was in (np.array(self.origin), *places))
 
 
+@dataclass(frozen=True)
+class Places:
+    """Where what the robot may hold was seen last while it did not. Never changed: each tick makes another.
+
+    Attributes:
+        at: measured state of each, shape (n_variables,).
+        moved: how often one of them was seen clearly elsewhere than before.
+    """
+
+    at: Mapping[str, FloatArray] = field(default_factory=dict)
+    moved: int = 0
+
+    def seen(self, model: InteractionModel, now: States, held: str | None) -> Places:
+        """A tick later.
+
+        Args:
+            model: the learned graph.
+            now: measured states, shape (n_variables,) each.
+            held: what the robot holds, if anything.
+        """
+        mine = [e.child for e in model.edges if e.parent == model.graph.root and e.child != held]
+        fresh = {n: now[n] for n in mine if n not in self.at or _moved(model, n, self.at[n], now[n])}
+        at = {n: self.at[n] for n in self.at if n in mine} | fresh
+        return Places(at, self.moved + sum(n in self.at for n in fresh))
+
+
 def _moved(model: InteractionModel, obj: str, was: FloatArray, now: FloatArray) -> bool:
     off = _off(model, obj, was, now)
     pose = sorted(pose_of(model.graph.objects[obj].observable))

@@ -17,7 +17,13 @@ class Motion(Protocol):
     """How the robot gets somewhere without hitting anything; what it knows of itself and the scene is its own."""
 
     def path(
-        self, now: FloatArray, goal: FloatArray, held: str | None = None, left: Mapping[str, FloatArray] | None = None
+        self,
+        now: FloatArray,
+        goal: FloatArray,
+        held: str | None = None,
+        left: Mapping[str, FloatArray] | None = None,
+        shown: FloatArray | None = None,
+        touched: str | None = None,
     ) -> FloatArray:
         """Robot commands to a goal, one a tick, shape (n, n_root); the last is the goal.
 
@@ -26,6 +32,9 @@ class Motion(Protocol):
             goal: shape (n_root,).
             held: object that goes along with the robot.
             left: robot state, shape (n_root,), in which each object that stands around was, or would be, let go of.
+            shown: commands that were shown to lead to the goal, one a tick, shape (n, n_root), the last is the goal:
+                gone as they are where they hit nothing.
+            touched: object that they lead to, which is touched at the goal; None where they lead away from everything.
 
         Raises:
             UnreachableError: if there is no way.

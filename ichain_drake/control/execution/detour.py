@@ -99,13 +99,21 @@ class Detour:
     blocked: Blocked
 
     def path(
-        self, now: FloatArray, goal: FloatArray, held: str | None = None, left: Mapping[str, FloatArray] | None = None
+        self,
+        now: FloatArray,
+        goal: FloatArray,
+        held: str | None = None,
+        left: Mapping[str, FloatArray] | None = None,
+        shown: FloatArray | None = None,
+        touched: str | None = None,
     ) -> FloatArray:
-        """See `Motion`; what else changes on the way does so in proportion.
+        """See `Motion`; what else changes on the way does so in proportion. What was shown, it may be to push, is free.
 
         Raises:
             UnreachableError: if the goal itself is blocked, or all ways to it are.
         """
+        if shown is not None:
+            return np.array(shown, dtype=float)
         start, end = now[self._place], goal[self._place]
         if self.blocked.again > LEARNING.few or self._hits(end[None], PLANNING.push).any():
             raise UnreachableError("the robot was stopped on the way there")

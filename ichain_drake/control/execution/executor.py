@@ -142,8 +142,10 @@ class Executor:
         return memory.model or self.model
 
     def _watch(self, memory: Memory) -> None:
-        """See whether what the robot holds goes along with it."""
+        """See whether what the robot holds goes along with it, and what else is no longer where it was."""
         carried = memory.carried
+        if self.settings.monitors:
+            memory.places = memory.places.seen(self._model(memory), self._view(memory).averaged(), carried.held)
         if carried.held is not None and self.settings.monitors:
             edge = Interaction(self._root, carried.held)
             seen = (self._model(memory), edge, memory.readings, carried.ticks + 1)
@@ -174,7 +176,7 @@ class Executor:
         view = View(
             self._model(memory), self.skills, memory.readings, memory.command, self.settings.monitors,
             self.settings.attempts, motion, follows=memory.carried.following,
-            news=0 if blocked is None else len(blocked.places),
+            news=0 if blocked is None else len(blocked.places), moved=memory.places.moved,
         )  # fmt: skip
         view.standing = lambda: memory.carried.standing(view.model, view.averaged())
         return view

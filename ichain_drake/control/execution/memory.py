@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ichain_drake.control.execution.carried import Carried
+from ichain_drake.control.execution.carried import Carried, Places
 from ichain_drake.control.execution.detour import Blocked
 from ichain_drake.control.execution.sensing import SensorNoise
 from ichain_drake.control.execution.tasks import Mode, Task
@@ -51,6 +51,7 @@ class Memory:
         looked_again: whether it looks longer since no plan was found.
         log: (tick, text) of everything that did not go as planned.
         carried: what the robot holds, and where it let go of what it held.
+        places: where the rest was seen to stand.
         cautious: interactions that failed where their classifier saw no reason; new plans keep to what was shown.
         began: measured states in which the running step began.
         contradictions: steps that did not do what was predicted.
@@ -74,6 +75,7 @@ class Memory:
     looked_again: bool = False
     log: list[tuple[int, str]] = field(default_factory=list)
     carried: Carried = field(default_factory=Carried)
+    places: Places = field(default_factory=Places)
     cautious: tuple[Interaction, ...] = ()
     began: States = field(default_factory=dict)
     contradictions: tuple[Contradiction, ...] = ()

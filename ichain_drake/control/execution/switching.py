@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,6 +34,8 @@ class Switch(Task):
     retreating: bool = False
     forced: bool = False
     far: bool = False  # whether the first state of the path is still to be reached, from wherever the robot was
+    moved: int = 0  # how often something was seen elsewhere when the path was laid
+    pending: int = 0  # states of the path up to the one in which it lets go; -1 once what is left is laid out
     course: Course = field(default_factory=Course)
     onward: Task | None = None  # what the plan goes on with, where the child goes along
     trial: Task | None = None
@@ -58,6 +61,8 @@ class Switch(Task):
         if self.path is None:
             if not self.forced and view.holds(self.edge) == self.activate:
                 return DONE
+            self.path = self._lay(view, self.activate)
+        if self.far and self.path and view.moved != self.moved:  # what it goes to may be elsewhere now
             self.path = self._lay(view, self.activate)
         self._count(view)
         if self.path:
@@ -136,19 +141,39 @@ class Switch(Task):
 
     def _go(self, view: View) -> FloatArray:
         assert self.path
-        try:  # what was demonstrated is gone as it was
+        try:  # what was demonstrated is gone as it was, where it hits nothing
+            self._check(view)
             command, there = view.travel(self.course, self.path[0]) if self.far else view.towards(self.path[0])
         except UnreachableError:
             if self.attempt + 1 >= view.attempts:
                 raise
-            # Another event may begin where the robot can get to.
+            # Another event may begin where the robot can get to, or end where nothing is.
             self.attempt += 1
-            self.path = self._lay(view, self.activate)
+            self.path = self._lay(view, self.activate and not self.retreating)
             return view.command.copy()
         if there:
             self.path.pop(0)
             self.far, self.course = False, Course()
+            self.pending -= self.pending > 0
         return command
+
+    def _check(self, view: View) -> None:
+        """Lay out the approach, or the retreat from where it lets go, as any other way.
+
+        What follows once it has closed its hand does what was shown: what it holds then is not known yet.
+        """
+        assert self.path and self.edge is not None
+        if self.far or self.pending:
+            return
+        jumped = self._jumps(view, self.path)
+        count = jumped.index(True) + 1 if True in jumped else len(self.path)
+        way = view.as_shown(self.path[:count], None if self.mode is Mode.DEACTIVATE else self.edge.child)
+        self.path, self.pending = [*way, *self.path[count:]], -1
+
+    def _jumps(self, view: View, path: Sequence[FloatArray]) -> list[bool]:
+        """In which states of a path something is not as it is now that can't be changed gradually."""
+        mask = jumping(view.model.graph.objects[view.model.graph.root].observable)
+        return [bool((row[mask] != view.command[mask]).any()) for row in path]
 
     def _lay(self, view: View, activate: bool) -> list[FloatArray]:
         assert self.edge is not None
@@ -157,6 +182,8 @@ class Switch(Task):
         if activate and self.motion is not None:
             child = states[self.edge.child]
             prefer = taken_as(view.model, self.motion, int(self.motion.grasp(child[None])[0][0]), child)
-        path = view.skills.path(view.model, self.edge, activate, states, self.attempt, prefer, self.first)
-        self.far, self.course = activate, Course()
-        return list(path)
+        path = list(view.skills.path(view.model, self.edge, activate, states, self.attempt, prefer, self.first))
+        self.far, self.course, self.moved = activate, Course(), view.moved
+        jumped = [] if activate else self._jumps(view, path)
+        self.pending = jumped.index(True) + 1 if True in jumped else 0
+        return path

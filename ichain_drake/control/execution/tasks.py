@@ -5,7 +5,7 @@ Each task keeps its own memory and answers each tick with a robot command, with 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -69,6 +69,7 @@ class View:
         follows: object that was seen to go along with the robot when that moved clearly last; empty if there is none.
         stopped: whether the robot was seen just now not to get on.
         news: how often it was, where it is; see `Course`.
+        moved: how often something was seen elsewhere than before that the robot did not hold.
     """
 
     model: InteractionModel
@@ -82,6 +83,7 @@ class View:
     follows: str = ""
     stopped: bool = False
     news: int = 0
+    moved: int = 0
 
     def averaged(self, ticks: int = 3) -> dict[str, FloatArray]:
         """Measured states averaged over the last ticks; whole numbers by their median, the robot's is its command."""
@@ -118,7 +120,27 @@ class View:
         """See `Course.towards`."""
         root = self.model.graph.root
         space, limit = self.model.graph.objects[root].observable, self.model.step_limit[root]
-        return course.towards(space, self.command, goal, limit, self.motion, held, self.standing, self.news)
+        return course.towards(
+            space, self.command, goal, limit, self.motion, held, self.standing, self.news + self.moved
+        )
+
+    def as_shown(self, rows: Sequence[FloatArray], taken: str | None) -> list[FloatArray]:
+        """Commands that were shown, where they hit nothing; else another way to the last of them.
+
+        Args:
+            rows: shown from here on, shape (n_root,) each, n >= 1.
+            taken: object that is taken in the last of them: it is where the robot will have it. None where they lead
+                away from everything.
+
+        Raises:
+            UnreachableError: if there is no way.
+        """
+        space = self.model.graph.objects[self.model.graph.root].observable
+        shown = np.array([space.clip(row) for row in rows])
+        if self.motion is None:
+            return list(shown)
+        left = dict(self.standing()) | ({} if taken is None else {taken: shown[-1]})
+        return list(self.motion.path(self.command, shown[-1], None, left, shown, taken))
 
 
 @dataclass(eq=False)

@@ -98,10 +98,12 @@ def collect_windows(pieces: Sequence[Demonstration], graph: InteractionGraph) ->
             events = np.flatnonzero(flags[1:] != flags[:-1]) + 1
             for k, row in enumerate(events):
                 first = max(row - LEARNING.look, events[k - 1] if k else 0)
-                # Nor do attempts that failed before belong to it: what jumps, jumps once.
+                # Nor do attempts that failed before belong to it, or what was tried after it: what jumps, jumps once.
                 other = np.flatnonzero((root[first:row, jumps] != root[row - 1, jumps]).any(axis=1))
                 first += int(other[-1]) + 1 if len(other) else 0
                 last = min(row + LEARNING.ticks + 1, events[k + 1] if k + 1 < len(events) else len(flags))
+                again = np.flatnonzero((root[row:last, jumps] != root[row, jumps]).any(axis=1))
+                last = row + int(again[0]) if len(again) else last
                 window = SwitchingWindow(root[first:last], child[row - 1], int(row - first))
                 found[0 if flags[row] else 1][edge].append(window)
     on, off = ({e: tuple(w) for e, w in part.items()} for part in found)

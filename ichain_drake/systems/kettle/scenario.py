@@ -76,6 +76,7 @@ class KettleScenario(Appliance[KettleStart]):
     name: ClassVar[str] = "kettle"
     config_class: ClassVar[type[ScenarioConfig]] = KettleConfig
     faults: ClassVar[tuple[str, ...]] = FAULTS
+    displaced: ClassVar[tuple[str, ...]] = (BOTTLE,)
     config: KettleConfig
 
     def make_graph(self) -> InteractionGraph:

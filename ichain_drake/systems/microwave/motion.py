@@ -37,7 +37,13 @@ class OvenMotion:
         self._planners: dict[tuple[float, str], MotionPlanner] = {}
 
     def path(
-        self, now: FloatArray, goal: FloatArray, held: str | None = None, left: Mapping[str, FloatArray] | None = None
+        self,
+        now: FloatArray,
+        goal: FloatArray,
+        held: str | None = None,
+        left: Mapping[str, FloatArray] | None = None,
+        shown: FloatArray | None = None,
+        touched: str | None = None,
     ) -> FloatArray:
         """See `MotionPlanner.path`."""
         at = self._start
@@ -48,4 +54,4 @@ class OvenMotion:
         if (at, part) not in self._planners:
             bodies = {n: b for n, b in self._bodies(at).items() if n != part}
             self._planners[at, part] = MotionPlanner(self._spec, bodies, self._in_hand)
-        return self._planners[at, part].path(np.asarray(now), np.asarray(goal), held, left)
+        return self._planners[at, part].path(np.asarray(now), np.asarray(goal), held, left, shown, touched)

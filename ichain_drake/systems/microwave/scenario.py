@@ -85,6 +85,7 @@ class Microwave(Appliance[MicrowaveStart]):
     name: ClassVar[str] = "microwave"
     config_class: ClassVar[type[ScenarioConfig]] = MicrowaveConfig
     faults: ClassVar[tuple[str, ...]] = FAULTS
+    displaced: ClassVar[tuple[str, ...]] = (FOOD,)
     closes_by: ClassVar[float] = 0.05
     script_purpose: ClassVar[int] = 1
     config: MicrowaveConfig
@@ -150,6 +151,10 @@ class Microwave(Appliance[MicrowaveStart]):
         }
         food = Transform(translation=[*start.food, self._middle(start)])
         return {**parts, FOOD: BodySpec(f"{MODELS}/microwave/food.sdf", food, fixed=False)}
+
+    def spared(self, place: FloatArray) -> bool:
+        """Food inside the oven."""
+        return self.food_settings().oven.cavity.holds(place.tolist(), False)
 
     def make_motion(self) -> OvenMotion | None:
         """Ways of the hand around the oven; in `ideal` a point hits nothing.

@@ -90,6 +90,7 @@ class WaterDispenser(Appliance[DispenserStart]):
     name: ClassVar[str] = "water_dispenser"
     config_class: ClassVar[type[ScenarioConfig]] = WaterDispenserConfig
     faults: ClassVar[tuple[str, ...]] = FAULTS
+    displaced: ClassVar[tuple[str, ...]] = (CUP,)
     config: WaterDispenserConfig
 
     def check_config(self) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_job import fresh, learned, readings
 
-from ichain_drake.control.execution.carried import Carried
+from ichain_drake.control.execution.carried import Carried, Places
 from ichain_drake.graph import Interaction
 
 TAKE = Interaction("hand", "box")
@@ -68,3 +68,18 @@ def test_in_the_air_is_where_nothing_was_ever_put() -> None:
     for place in model.edges[TAKE].examples.deactivations.after["box"]:
         assert not held.in_the_air(model, TAKE, {**now, "box": place}), "where it was let go of in a demonstration"
     assert not Carried().in_the_air(model, TAKE, off_by(0.4, "z"))
+
+
+def test_what_moves_while_the_robot_does_not_hold_it_is_counted() -> None:
+    model, _, _ = learned()
+    places = Places().seen(model, off_by(0.0), None)
+    assert places.moved == 0
+    assert set(places.at) == {"box", "valve"}
+    assert places.seen(model, off_by(0.04), None).moved == 0, "not clearly elsewhere"
+    moved = places.seen(model, off_by(0.07), None)
+    assert moved.moved == 1
+    assert moved.seen(model, off_by(0.07), None).moved == 1, "once"
+    assert moved.seen(model, off_by(0.0), None).moved == 2
+    held = moved.seen(model, off_by(0.5), "box")
+    assert (held.moved, set(held.at)) == (1, {"valve"}), "the robot moves it"
+    assert held.seen(model, off_by(0.9), None).moved == 1, "where it is let go of, it stands from then on"

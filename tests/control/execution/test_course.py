@@ -9,7 +9,7 @@ from small_job import drive, fresh, learned, readings
 from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.executor import Executor
-from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.execution.tasks import Mode, View
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
@@ -30,7 +30,13 @@ class OverTheTop:
         self.asked: list[tuple[FloatArray, str | None, dict[str, FloatArray]]] = []
 
     def path(
-        self, now: FloatArray, goal: FloatArray, held: str | None = None, left: Mapping[str, FloatArray] | None = None
+        self,
+        now: FloatArray,
+        goal: FloatArray,
+        held: str | None = None,
+        left: Mapping[str, FloatArray] | None = None,
+        shown: FloatArray | None = None,
+        touched: str | None = None,
     ) -> FloatArray:
         self.asked.append((goal, held, dict(left or {})))
         if self.blocked or len(self.asked) <= self.refused:
@@ -139,3 +145,35 @@ def test_where_there_is_no_way_at_all_it_stops_and_says_why() -> None:
     assert "the boom and the shed are in the way" in memory.reason
     assert "given up after 5 new plans" in memory.reason
     np.testing.assert_array_equal(commands, np.tile(readings(fresh())["hand"], (len(commands), 1)))  # nor blindly away
+
+
+def test_a_way_is_laid_out_anew_when_something_was_moved_by_somebody_else() -> None:
+    """Once the box is elsewhere, and not while the hand carries it."""
+    asked = []
+    for shift in (0.0, 0.12):
+        motion = OverTheTop(axis=2)
+        run, world = with_motion(motion)
+        first = readings(world)["box"]
+
+        def push(tick: int, world: object, shift: float = shift) -> None:
+            if tick == 6:
+                world.box = world.box + [-shift, 0.0, 0.0]  # type: ignore[attr-defined]
+
+        memory = drive(run, world, mishap=push)  # type: ignore[arg-type]
+        assert (memory.mode, memory.reason) == (Mode.REACHED, "goal reached")
+        assert memory.replans == 0
+        assert (memory.places.moved > 0) == (shift > 0)
+        asked.append([goal for goal, held, _ in motion.asked if held is None][:5])
+        assert np.linalg.norm(readings(world)["box"] - first) > 0.05
+    np.testing.assert_array_equal(asked[0][0], asked[1][0])
+    assert max(np.abs(asked[1][0] - goal)[:2].max() for goal in asked[1][1:]) > 0.1, "to where the box is now"
+
+
+def test_a_way_with_something_in_the_hand_is_laid_out_anew_too() -> None:
+    motion, course, command = OverTheTop(axis=2), Course(), readings(fresh())["hand"]
+    asked = []
+    for moved in (0, 0, 1, 1):
+        view = View(learned()[0], learned()[1], [readings(fresh())], command, motion=motion, moved=moved)
+        view.travel(course, command + [0.1, 0.0, 0.0, 0.0], "box")
+        asked.append(len(motion.asked))
+    assert asked == [1, 1, 2, 2]

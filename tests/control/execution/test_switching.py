@@ -133,17 +133,118 @@ def test_whether_a_thing_comes_along_is_tried_for_some_ticks_with_what_the_plan_
     assert tried(still, still, Onward(None))[0] == [None]
 
 
+APPROACH = np.array([[0.3, y, 0.0] for y in (0.4, 0.3, 0.2, 0.1)] + [[0.3, 0.0, 1.0], [0.3, 0.0, 1.0]])
+RETREAT = np.array([[0.3, y, 0.0] for y in (0.0, 0.1, 0.2, 0.3)])
+ELSEWHERE = {"dimmer": np.array([0.9, 0.0, 1.0])}
+
+
+class Shown:
+    """Skills with an approach of five rows, the last of which closes, and a retreat that opens first."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[bool, int]] = []
+
+    def path(self, model, edge, activate, states, attempt, prefer, first):
+        self.asked.append((activate, attempt))
+        return APPROACH if activate else RETREAT
+
+
+class Around:
+    """A motion that notes what it is asked, goes to one side, and refuses ways that were shown, so many of them."""
+
+    def __init__(self, refused: int = 0) -> None:
+        self.asked: list[tuple[np.ndarray, np.ndarray, object, dict[str, np.ndarray], str | None]] = []
+        self.refused = refused
+
+    def path(self, now, goal, held=None, left=None, shown=None, touched=None):
+        self.asked.append((now, goal, shown, dict(left or {}), touched))
+        if shown is not None and len(self.shown) <= self.refused:
+            raise UnreachableError("the table is in the way")
+        beside = 0.5 * (now + goal) + [0.05, 0.0, 0.0]
+        beside[2] = now[2]
+        return np.array([beside, goal])
+
+    @property
+    def shown(self) -> list[tuple[np.ndarray, np.ndarray, object, dict[str, np.ndarray], str | None]]:
+        return [a for a in self.asked if a[2] is not None]
+
+
+def test_the_approach_is_laid_out_up_to_where_the_hand_closes_around_what_is_there() -> None:
+    motion, readings, command = Around(), [], np.array([0.3, 0.6, 0.0])
+    task, gone = Switch(DIM, activate=True), []
+    for _ in range(12):
+        readings.append({**LAMP_START, "robot": command})
+        view = View(lamp(), Shown(), readings, command, motion=motion, standing=lambda: ELSEWHERE)  # type: ignore[arg-type]
+        answer = task.act(view)
+        if not isinstance(answer, np.ndarray):
+            break
+        gone.append(command := answer)
+    assert answer == DONE
+    (far, near) = motion.asked
+    assert far[2] is None
+    np.testing.assert_array_equal(far[1], APPROACH[0])
+    np.testing.assert_array_equal(near[2], APPROACH[1:5])
+    np.testing.assert_array_equal(near[3]["dimmer"], APPROACH[4], "it lies in the hand as it is taken")
+    assert near[4] == "dimmer"
+    assert max(row[0] for row in gone) == pytest.approx(0.35), "the way that was laid out"
+
+
+def test_the_retreat_is_laid_out_from_where_the_hand_has_opened_and_leaves_what_it_held() -> None:
+    motion, paths = Around(), Shown()
+    options = {"motion": motion, "standing": lambda: ELSEWHERE}
+    assert run(Switch(DIM, activate=False), paths, HELD, **options)[0] == DONE  # type: ignore[arg-type]
+    ((now, goal, shown, left, touched),) = motion.asked
+    np.testing.assert_array_equal(now, RETREAT[0], "open, and where it was")
+    np.testing.assert_array_equal(shown, RETREAT[1:])
+    np.testing.assert_array_equal(goal, RETREAT[-1])
+    assert (left, touched) == (ELSEWHERE, None)
+
+
+@pytest.mark.parametrize("activate", [True, False])
+def test_where_a_shown_way_hits_something_another_event_is_tried_and_at_last_it_is_said(activate: bool) -> None:
+    command = np.array([0.3, 0.6, 0.0]) if activate else HELD
+    motion, paths = Around(refused=2), Shown()
+    assert run(Switch(DIM, activate=activate), paths, command, motion=motion)[0] == DONE
+    assert paths.asked == [(activate, 0), (activate, 1), (activate, 2)]
+    motion, paths = Around(refused=9), Shown()
+    with pytest.raises(UnreachableError, match="the table is in the way"):
+        run(Switch(DIM, activate=activate), paths, command, motion=motion, attempts=3)
+    assert paths.asked == [(activate, 0), (activate, 1), (activate, 2)]
+
+
+def test_a_retreat_between_two_attempts_that_hits_something_is_tried_as_another_retreat() -> None:
+    motion, paths = Around(refused=1), Shown()
+    task = Switch(DIM, activate=True, path=list(RETREAT[1:]), retreating=True)
+    run(task, paths, RETREAT[0], ticks=2, motion=motion)
+    assert paths.asked == [(False, 1)]
+
+
+def test_what_it_goes_to_is_looked_for_anew_when_something_was_seen_elsewhere_until_it_is_there() -> None:
+    paths, command, readings = Shown(), np.array([0.3, 1.5, 0.0]), []
+    task = Switch(DIM, activate=True)
+    for tick in range(40):
+        readings.append({**LAMP_START, "robot": command})
+        moved = 0 if tick < 2 else 1 if task.far else 2  # near, it does as was shown
+        view = View(lamp(), paths, readings, command, moved=moved)  # type: ignore[arg-type]
+        answer = task.act(view)
+        if not isinstance(answer, np.ndarray):
+            break
+        command = answer
+    assert answer == DONE
+    assert paths.asked == [(True, 0), (True, 0)]
+
+
 class NoWay:
     """A motion that finds no way the first few times."""
 
     def __init__(self, times: int) -> None:
         self.times, self.asked = times, 0
 
-    def path(self, now: np.ndarray, goal: np.ndarray, held: str | None = None, left: object = None) -> np.ndarray:
+    def path(self, now, goal, held=None, left=None, shown=None, touched=None):
         self.asked += 1
         if self.asked <= self.times:
             raise UnreachableError("there is a wall")
-        return np.array([goal])
+        return np.array([goal]) if shown is None else shown
 
     def __deepcopy__(self, memo: object) -> NoWay:
         return self
@@ -158,7 +259,7 @@ def test_where_the_robot_does_not_get_to_one_event_another_is_tried() -> None:
         run(Switch(DIM, activate=True), Paths(), FREE + [0.5, 0.0, 0.0], motion=NoWay(9), attempts=3)
 
 
-def test_only_the_way_to_where_it_begins_is_laid_out_and_what_was_shown_is_gone_as_it_was() -> None:
+def test_it_travels_until_it_is_where_what_was_shown_begins_and_each_part_is_laid_out_once() -> None:
     task, paths, free = Switch(DIM, activate=True), Paths(), NoWay(0)
     assert not task.travels
     command = FREE + [0.5, 0.0, 0.0]
@@ -170,8 +271,9 @@ def test_only_the_way_to_where_it_begins_is_laid_out_and_what_was_shown_is_gone_
             break
         command = answer
     assert seen[0] == (False, 1), "in one step it is there"
-    assert all(asked == 1 for _, asked in seen)
+    assert seen[-1][1] == 2, "the approach"
+    assert all(asked <= 2 for _, asked in seen)
     letting_go = Switch(DIM, activate=False, forced=True)
     letting_go.act(View(lamp(), paths, [{**LAMP_START, "robot": HELD}], HELD, motion=free))  # type: ignore[arg-type]
-    assert free.asked == 1, "where it is it is"
+    assert free.asked == 2, "it opens where it is"
     assert not letting_go.far

@@ -58,6 +58,13 @@ def test_an_attempt_that_failed_before_is_no_part_of_it() -> None:
     assert on.root[:3, 1].tolist() == [0.0, 0.0, 0.0]
 
 
+def test_what_was_tried_after_it_is_no_part_of_it() -> None:
+    """The hand opens in row 3, goes on to somewhere, and closes there for nothing in row 5."""
+    _, (off,) = windows("1110011111", "1110000000")
+    assert rows_of(off) == [0, 1, 2, 3, 4]
+    assert off.root[off.event :, 1].tolist() == [0.0, 0.0]
+
+
 def test_examples_are_the_rows_around_each_event_and_samples_of_either_status() -> None:
     parts = []
     for k, flags in enumerate(("0001100", "0110000", "0000000")):

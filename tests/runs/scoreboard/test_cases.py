@@ -22,7 +22,7 @@ def test_every_system_task_physics_and_fault():
     for name in (
         "car_game/spiral/ideal/none", "car_game/eight/contact/none", "ship/oval/ideal/noise",
         "water_dispenser/goal/ideal/slip", "water_dispenser/goal/contact/stiff",
-        "kettle/goal/arm/knock", "microwave/goal/contact/none",
+        "kettle/goal/arm/knock", "microwave/goal/contact/none", "kettle/goal/contact/moved",
     ):  # fmt: skip
         assert name in names
     assert not any(n.startswith(("two_dispensers/goal/arm", "two_dispensers/goal/contact")) for n in names)
