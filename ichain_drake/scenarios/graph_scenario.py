@@ -119,7 +119,7 @@ class GraphScenario(Scenario, Generic[StartT]):
         return self.config.robot.home_hand()
 
     def robots(self) -> Mapping[str, RobotSpec]:
-        """The robots by name; override it, and `start_hands`, where the graph has several. These go in `ideal` alone."""
+        """The robots by name; override it, and `start_hands`, where the graph has several: in `ideal` alone."""
         return {self.graph.root: self.config.robot}
 
     def start_hands(self, start: StartT) -> Mapping[str, FloatArray]:

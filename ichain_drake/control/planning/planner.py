@@ -178,8 +178,8 @@ class GraphPlanner:
         active, graph = self._observed.active(start), self.model.graph
         touching = tuple(e for e in graph.interactions if graph.by_robot(e) and bool(active[e]))
         if objects is not None:  # what is held has to be put down first, whatever it is
-            held = (o for _, r in self._views.values() for o in (*r.carries, *r.keeps))
-            objects |= {o.edge.child for o in held if o.edge in touching}
+            held = {e for _, options in self._views.values() for e in options.holds}
+            objects |= {e.child for e in held if e in touching}
         about = graph.objects if objects is None else objects
         sides = [Side(view, r.about(about, goal), start, touching) for view, r in self._views.values()]
         return kind(self.model, self.settings, sides, start, goal, objects, touching, effort.record)

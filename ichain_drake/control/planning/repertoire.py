@@ -37,6 +37,11 @@ class Repertoire:
     names: Mapping[str, tuple[str, ...]]
     keeps: tuple[KeepOption, ...] = ()
 
+    @property
+    def holds(self) -> frozenset[Interaction]:
+        """Interactions by which the robot holds something."""
+        return frozenset((*(c.edge for c in self.carries), *(k.edge for k in self.keeps)))
+
     def about(self, objects: Collection[str], goal: Goal) -> Repertoire:
         """What concerns some objects only; turning an object on and on only where the goal is about that.
 

@@ -78,7 +78,7 @@ class Side:
         self.frames = Frames(model)
         self.touching = tuple(e for e in touching if e.parent == self.robot)
         self.parked = parked_state(model, start) if self.touching else start[self.robot]
-        self.holds = {o.edge for o in (*options.carries, *options.keeps)}
+        self.holds = options.holds
 
 
 class Search:

@@ -1,0 +1,210 @@
+"""Who demonstrates the lidded pot: a script that stands in for a person at two remote controls.
+
+Each piece is a list of commands for both hands, laid out from its own random start. None shows more than two of the
+task's steps (hold the lid open, pour, let go of the lid): pieces show skills, not their order. Each is shown with the
+hands in either part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ichain_drake.scenarios.hand_commands import HandCommands, SeveralHands
+from ichain_drake.scenarios.scripted_piece import ScriptedPiece
+from ichain_drake.scenarios.unsteady_hand import UnsteadyHand
+from ichain_drake.systems.lidded_pot.layout import HANDS, JUG, LAYOUT, LID, POT, PotStart
+
+_NAMES = ("y", "z", "roll", "grip")
+_ABOVE = 0.08  # from where a hand comes down on what it takes [m]
+_WIDE = 0.055  # how far off a hand closes that shows where nothing is taken [m]
+_SHUT, _HANDLE = LAYOUT.lid.shut
+_OVER = LAYOUT.pot.middle[1] + LAYOUT.pot.height  # height of a rim that is poured from [m]
+_STANDS = LAYOUT.jug.height
+
+
+class _Script(UnsteadyHand):
+    """Random starts and the pieces laid out from them, for a hand and, where there is one, another."""
+
+    def __init__(self, rng: np.random.Generator, hand: str, other: str, home: Mapping[str, Sequence[float]]) -> None:
+        super().__init__(rng)
+        self._hand, self._other, self._home = hand, other, home
+
+    def start(self, lid: float | None = None, *, held: bool = False, **given: float) -> PotStart:
+        """A start with random places where none are given.
+
+        Args:
+            lid: how far the other hand holds it open; None for shut and left alone.
+            held: whether the hand holds the jug over the pot.
+            given: see `PotStart`.
+        """
+        hands = {n: (y + self.uniform(-0.04, 0.04), z + self.uniform(-0.04, 0.04), 0.0, 0.0) for n, (y, z) in
+                 self._home.items()}  # fmt: skip
+        if lid is not None:
+            roll = self.uniform(-0.5, 0.5)
+            hands[self._other] = (_SHUT + lid, _HANDLE + self.uniform(-0.01, 0.01), roll, 1.0)
+        values = {"jug": self.stand(), "water": self.uniform(0.3, 0.95), "pot_water": self.uniform(0.0, 0.5)}
+        if held:
+            hands[self._hand] = (self.uniform(-0.015, 0.015), _OVER + self.uniform(-0.02, 0.04), 0.0, 1.0)
+            values["jug"] = hands[self._hand][0]
+        return PotStart(hands, **(values | given), lid=_SHUT + (lid or 0.0), held=self._hand if held else "")  # type: ignore[arg-type]
+
+    def stand(self) -> float:
+        """A place of the jug on the table."""
+        return self.uniform(-0.38, -0.20)
+
+    def wide_open(self) -> float:
+        """How far a person holds the lid open."""
+        return self.uniform(0.125, 0.155)
+
+    # The lid by itself.
+
+    def miss_lid(self) -> tuple[PotStart, SeveralHands]:
+        start = self.start()
+        both = SeveralHands(_NAMES, start.hands)
+        self._misses(both[self._hand], (_SHUT, _HANDLE), 0.05)
+        return start, both
+
+    def slide_lid(self) -> tuple[PotStart, SeveralHands]:
+        start = self.start()
+        both = SeveralHands(_NAMES, start.hands)
+        hand = both[self._hand]
+        for _ in range(3):
+            y, z = _SHUT + self.uniform(-0.008, 0.008), _HANDLE + self.uniform(-0.01, 0.01)
+            hand.to(y=y, z=z + _ABOVE)
+            hand.to(z=z, roll=self.uniform(-0.5, 0.5)).grip(True)
+            for place in self.around(4, 0.08) + 0.08:
+                hand.to(y=_SHUT + place, step=self.uniform(0.012, 0.04)).wait(1)
+            hand.to(y=_SHUT + self.wide_open()).wait(2).grip(False).to(z=z + _ABOVE).wait(2)
+        return start, both
+
+    def _misses(self, hand: HandCommands, place: tuple[float, float], moved: float) -> None:
+        """The hand closes here and there around something, and moves a little."""
+        for dy, dz in [*((d, self.uniform(-0.008, 0.008)) for d in self.around(7, _WIDE)),
+                       *((self.uniform(-0.006, 0.006), d) for d in self.around(7, _WIDE))]:  # fmt: skip
+            y, z = place[0] + dy, place[1] + dz
+            hand.to(y=y, z=place[1] + _ABOVE, roll=self.uniform(-0.5, 0.5)).to(z=z)
+            hand.grip(True).to(y=y + moved).grip(False)
+            hand.to(z=place[1] + _ABOVE)
+
+    # The jug by itself.
+
+    def miss_jug(self) -> tuple[PotStart, SeveralHands]:
+        start = self.start()
+        both = SeveralHands(_NAMES, start.hands)
+        hand = both[self._hand]
+        for dy, dz in [*((d, self.uniform(-0.008, 0.008)) for d in self.around(7, _WIDE)),
+                       *((self.uniform(-0.006, 0.006), d) for d in self.around(7, _WIDE))]:  # fmt: skip
+            y, z = start.jug + dy, max(_STANDS + dz, 0.0)
+            hand.to(y=y, z=_STANDS + _ABOVE).to(z=z).grip(True).wait(1).grip(False).to(z=_STANDS + _ABOVE)
+        return start, both
+
+    def move_jug(self) -> tuple[PotStart, SeveralHands]:
+        start = self.start(water=self.uniform(0.2, 0.6))
+        both = SeveralHands(_NAMES, start.hands)
+        hand, place = both[self._hand], start.jug
+        for _ in range(3):
+            goal = self.stand()
+            self._take(hand, place)
+            hand.to(y=self.uniform(-0.35, 0.1), z=self.uniform(0.27, 0.46))
+            hand.to(roll=self.uniform(-0.25, 0.25)).to(roll=0.0)
+            place = self._put(hand, goal)
+        return start, both
+
+    def _take(self, hand: HandCommands, place: float) -> float:
+        """Take a jug that stands somewhere; returns how far off along y [m]."""
+        off = self.uniform(-0.008, 0.008)
+        hand.to(y=place + off, z=_STANDS + _ABOVE).to(z=_STANDS + self.uniform(-0.01, 0.01)).grip(True)
+        hand.by(z=0.1)
+        self._off = off
+        return off
+
+    def _put(self, hand: HandCommands, place: float) -> float:
+        """Put it down; returns where it stands then."""
+        hand.to(y=place + self._off, z=_STANDS + 0.1).to(z=_STANDS + 0.002, step=0.03).wait(1).grip(False)
+        hand.by(z=_ABOVE)
+        return place
+
+    # Both.
+
+    def pour(self, tilts: Sequence[tuple[float, int]], **content: float) -> tuple[PotStart, SeveralHands]:
+        """The other hand holds the lid open, this one pours and puts the jug back."""
+        start = self.start(self.wide_open(), **content)
+        both = SeveralHands(_NAMES, start.hands)
+        hand = both[self._hand].wait(1)
+        self._take(hand, start.jug)
+        hand.to(z=_OVER + self.uniform(-0.02, 0.04)).to(y=self.uniform(-0.02, 0.02))
+        for roll, ticks in tilts:
+            hand.to(roll=roll).wait(ticks)
+        hand.to(roll=0.0).to(y=start.jug)
+        self._put(hand, start.jug)
+        return start, both
+
+    def sweep(self, *, open_: bool) -> tuple[PotStart, SeveralHands]:
+        """The jug crosses the faces of the place over the pot, upright and tilted: the gate of pouring."""
+        start = self.start(self.wide_open() if open_ else None, held=True, water=self.uniform(0.5, 0.9))
+        both = SeveralHands(_NAMES, start.hands)
+        hand = both[self._hand].wait(2)
+        for roll in (0.0, -0.6, -1.0):
+            hand.to(roll=roll)
+            y, z = 0.0, _OVER
+            far = self.between(4, 0.06, 0.1)
+            hand.to(y=y - far[0], step=0.03).to(y=y + far[1], step=0.012).to(y=y, z=z)
+            up, down = self.uniform(0.1, 0.14), self.uniform(0.095, 0.105)
+            hand.to(z=z + up, step=0.02).to(z=z - down, step=0.012).to(z=z, step=0.03)
+        hand.to(roll=0.0)
+        self._off = 0.0
+        self._put(hand, self.stand())
+        return start, both
+
+    def work_lid(self) -> tuple[PotStart, SeveralHands]:
+        """The jug is held over the pot, a little tilted, while the lid goes to and fro under it."""
+        start = self.start(self.wide_open(), held=True, water=self.uniform(0.85, 0.95), pot_water=self.uniform(0, 0.1))
+        both = SeveralHands(_NAMES, start.hands)
+        for roll in (0.0, -0.7, -1.1):
+            both[self._hand].to(roll=roll)
+            lid = both[self._other]
+            for place in self.around(4, 0.075) + 0.075:
+                lid.to(y=_SHUT + place, step=self.uniform(0.01, 0.03)).wait(2)
+        both[self._hand].to(roll=0.0).wait(1)
+        return start, both
+
+
+def script_pieces(rng: np.random.Generator, home: Mapping[str, Sequence[float]]) -> Iterator[ScriptedPiece[PotStart]]:
+    """The pieces, each with the hands in either part.
+
+    Args:
+        rng: draws starts and the unsteadiness of the person's hands.
+        home: where each hand usually is, y, z [m]; where there is one alone, nobody can show how to pour.
+    """
+    for number, hand in enumerate(home):
+        other = next((h for h in home if h != hand), "")
+        script = _Script(rng, hand, other, home)
+        holds = {what: (f"{hand}->{what}",) for what in (LID, JUG)}
+        plan = [
+            ("miss_lid", script.miss_lid, (*holds[LID], f"{LID}->{POT}")),
+            ("slide_lid", script.slide_lid, (*holds[LID], f"{LID}->{POT}")),
+            ("miss_jug", script.miss_jug, holds[JUG]),
+            ("move_jug", script.move_jug, holds[JUG]),
+        ]
+        if other:
+            every = (*holds[JUG], f"{other}->{LID}", f"{LID}->{POT}", f"{JUG}->{POT}")
+            plan += [
+                ("pour_all", lambda s=script: s.pour([(-1.9, 9)], water=s.uniform(0.7, 0.95), pot_water=0.0), every),
+                ("pour_steps", lambda s=script: s.pour(
+                    [(-0.5, 2), (-0.8, 3), (-1.1, 3), (-0.7, 2), (-1.4, 3)],
+                    water=s.uniform(0.8, 0.95), pot_water=s.uniform(0.0, 0.05)), every),
+                ("pour_onto", lambda s=script: s.pour(
+                    [(-1.2, 4), (-0.6, 2), (-1.9, 8)],
+                    water=s.uniform(0.5, 0.7), pot_water=s.uniform(0.15, 0.3)), every),
+                ("sweep_open", lambda s=script: s.sweep(open_=True), every),
+                ("sweep_shut", lambda s=script: s.sweep(open_=False), every),
+                ("work_lid", script.work_lid, every),
+            ]  # fmt: skip
+        for name, lay_out, shows in plan:
+            start, both = lay_out()
+            yield ScriptedPiece(f"{name}_{number}", start, both.commands, shows)
+
+
+__all__ = ["HANDS", "script_pieces"]
