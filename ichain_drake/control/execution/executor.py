@@ -69,7 +69,8 @@ class Executor:
         self.model, self.skills, self.planner, self.goal = model, skills, planner, goal
         self.settings = settings or ExecutorSettings()
         self.motion = motion
-        self._views = {robot: model.acting(robot) for robot in model.graph.roots}
+        graph = model.graph
+        self._views = {robot: model if robot == graph.root else model.acting(robot) for robot in graph.roots}
 
     def start(self, command: FloatArray) -> Memory:
         """A fresh memory.

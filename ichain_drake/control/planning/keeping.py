@@ -12,6 +12,7 @@ import numpy as np
 
 from ichain_drake.control.planning.borders import active_samples
 from ichain_drake.control.planning.model import Batch, is_change, span
+from ichain_drake.control.planning.plan import Condition
 from ichain_drake.control.planning.simulate import settle
 from ichain_drake.control.planning.travel import parked_state
 from ichain_drake.control.settings import PLANNING
@@ -82,3 +83,36 @@ def _decide(model: InteractionModel, edge: Interaction, obj: str, shown: Batch, 
     batch = {n: np.tile(v, (len(places), 1)) for n, v in shown.items()}
     batch[obj] = np.repeat(places, count, axis=0)
     return model.decide(edge, batch).reshape(len(places), count)
+
+
+def missing_hand(model: InteractionModel, condition: Condition) -> str:
+    """Why one robot alone can't meet a condition, in words; empty where it might, or there are several.
+
+    What drives the variable was active only while something else was held that goes away by itself: the one that holds
+    it can't hold what drives as well.
+
+    Args:
+        model: the learned graph.
+        condition: of the goal.
+    """
+    graph = model.graph
+    if len(graph.roots) > 1:
+        return ""
+    index = graph.objects[condition.object].observable.index(condition.variable)
+    for edge in graph.incoming(condition.object):
+        shown = active_samples(model, edge)
+        drives = any(f.variable == index for f in model.edges[edge].effects)
+        if graph.by_robot(edge) or not drives or not len(shown[edge.child]):
+            continue
+        away = settle(model, shown, parked_state(model, {n: v[0] for n, v in shown.items()}))[0]
+        for obj in graph.parents(edge.child):
+            held = Interaction(graph.root, obj)
+            if obj == edge.parent or held not in graph.edges:
+                continue
+            goes = _moves(model, obj, shown[obj], away[obj]).mean() > PLANNING.likely
+            if goes and (model.decide(edge, {**shown, obj: away[obj]}) < 0.0).mean() > PLANNING.likely:
+                return (
+                    f"{edge.name} was active only while {obj} was held, which does not stay where it is let go of, and "
+                    f"{graph.root} can't hold {obj} and {edge.parent} at once"
+                )
+    return ""

@@ -13,6 +13,7 @@ import numpy as np
 
 from ichain_drake.control.planning.contradictions import Contradiction, Record
 from ichain_drake.control.planning.goals import gap, impossible, value_of
+from ichain_drake.control.planning.keeping import missing_hand
 from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.optimal import OptimalSearch
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, Plan, States
@@ -94,7 +95,8 @@ class GraphPlanner:
         if self.settings.optimal:
             found, proved = self._cheapest(known, goal, effort, found)
         if isinstance(found, NoPlan):
-            return found
+            why = missing_hand(self.model, found.condition)
+            return replace(found, reason=f"{found.reason}; {why}") if why else found
         return Plan(
             found.steps,
             found.ticks,

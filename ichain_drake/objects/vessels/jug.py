@@ -75,7 +75,7 @@ class Jug(WorldObject):
             Variable("water", "1", 0.0, CAPACITY, role=Role("amount")),
             Variable("change", "1", -CAPACITY, CAPACITY, role=Role("change", of="water")),
         )
-        names = ["off_y", "off_z", "turn", "flow", "age", "slips_done", *(f"past_{k}" for k in range(1, _PAST + 1))]
+        names = ["off_y", "off_z", "roll_off", "flow", "age", "slips_done", *(f"past_{k}" for k in range(1, _PAST + 1))]
         hidden = [Variable(n, hidden=True) for n in names]
         holds = [Variable(f"held_{h}", "1", 0.0, 1.0, "binary", hidden=True) for h in hands]
         return StateSpace("jug", (*place, tilt, *amounts, *hidden, *holds, *Hands.variables(hands)))
@@ -98,7 +98,7 @@ class Jug(WorldObject):
             self._turned[hand] = int(turns[0])
         index = space.index
         self._water, self._flow, self._past = index("water"), index("flow"), index("past_1")
-        self._off, self._turn = index("off_y"), index("turn")
+        self._off, self._turn = index("off_y"), index("roll_off")
         self._age, self._slips_done = index("age"), index("slips_done")
         self._holding = {h: index(f"held_{h}") for h in parents}
         super().__init__(name, parents, **given)

@@ -53,11 +53,13 @@ class PotConfig(GraphConfig):
 
     Attributes:
         goal, fault: see `GraphConfig`; slips and drop-outs meet the jug.
-        hands: where each hand is at first, y, z [m]; `left_hand` and `right_hand`, or one of them alone.
+        hands: `left_hand` and `right_hand`, or one of them alone; what the goal says of the other is left out then.
+        homes: where each hand is at first, y, z [m].
         start: see there.
     """
 
-    hands: dict[str, list[float]] = setting(
+    hands: list[str] = field(default_factory=lambda: list(HANDS))
+    homes: dict[str, list[float]] = setting(
         lambda: {"left_hand": [0.30, 0.36], "right_hand": [-0.30, 0.36]}, "m", lower=-0.5, upper=0.6
     )
     start: PotStartConfig = field(default_factory=PotStartConfig)
@@ -79,9 +81,15 @@ class LiddedPot(GraphScenario[PotStart]):
             InputError: naming the setting.
         """
         super().check_config()
-        hands = self.config.hands
-        if not hands or not set(hands) <= set(HANDS) or any(len(at) != 2 for at in hands.values()):  # noqa: PLR2004
-            raise InputError(f"hands: {hands} given; say where {' and '.join(HANDS)}, or one of them, is: y, z")
+        hands, homes = self.config.hands, self.config.homes
+        if not hands or not set(hands) <= set(HANDS):
+            raise InputError(
+                f"hands: {', '.join(hands) or 'none'} given; they are {' and '.join(HANDS)}, or one of them"
+            )
+        if set(homes) != set(HANDS) or any(len(at) != 2 for at in homes.values()):  # noqa: PLR2004 - y, z
+            raise InputError(f"homes: {homes} given; say where {' and '.join(HANDS)} are: y, z")
+        absent = set(HANDS) - set(hands)
+        self.config.goal = [text for text in self.config.goal if not any(hand in text for hand in absent)]
         if self.physics != "ideal":
             raise InputError(
                 f"{self.name}: physics {self.physics} has one arm that moves in space; a system with two hands is for "
@@ -102,7 +110,7 @@ class LiddedPot(GraphScenario[PotStart]):
 
     def robots(self) -> Mapping[str, RobotSpec]:
         """The same hand twice, at home in different places."""
-        spec, at = self.config.robot, self.config.hands
+        spec, at = self.config.robot, self.config.homes
         return {h: dataclasses.replace(spec, home={"y": at[h][0], "z": at[h][1]}) for h in self._hands}
 
     def start_hands(self, start: PotStart) -> Mapping[str, FloatArray]:
@@ -112,7 +120,7 @@ class LiddedPot(GraphScenario[PotStart]):
     def draw_start(self, rng: np.random.Generator) -> PotStart:
         """The jug's place and what jug and pot hold vary."""
         config = self.config.start
-        hands = {h: (y, z, 0.0, 0.0) for h, (y, z) in self.config.hands.items()}
+        hands = {h: (*self.config.homes[h], 0.0, 0.0) for h in self._hands}
         return PotStart(
             hands,
             config.jug + float(rng.uniform(-1.0, 1.0)) * config.spread,
@@ -142,7 +150,7 @@ class LiddedPot(GraphScenario[PotStart]):
 
     def script(self, rng: np.random.Generator) -> Iterable[ScriptedPiece[PotStart]]:
         """See `script_pieces`."""
-        return script_pieces(rng, {h: self.config.hands[h] for h in self._hands})
+        return script_pieces(rng, {h: self.config.homes[h] for h in self._hands})
 
     def drawings(self) -> Mapping[str, Any]:
         """Lid, jug, pot and the hands."""
@@ -156,7 +164,7 @@ class LiddedPot(GraphScenario[PotStart]):
 
     def view(self) -> Camera:
         """From before the table, over the hands."""
-        return Camera((-0.5, -0.25, 0.75), (0.6, 0.0, 0.18), 40.0)
+        return Camera((-0.4, -0.35, 0.8), (0.62, 0.0, 0.2), 33.0)
 
     def adjustables(self) -> Sequence[Adjustable]:
         """Noise, and how much water is wanted in the pot."""
