@@ -112,7 +112,7 @@ def missing_hand(model: InteractionModel, condition: Condition) -> str:
             goes = _moves(model, obj, shown[obj], away[obj]).mean() > PLANNING.likely
             if goes and (model.decide(edge, {**shown, obj: away[obj]}) < 0.0).mean() > PLANNING.likely:
                 return (
-                    f"{edge.name} was active only while {obj} was held, which does not stay where it is let go of, and "
+                    f"{edge.name} was active only while a robot kept {obj} from going back by itself, and "
                     f"{graph.root} can't hold {obj} and {edge.parent} at once"
                 )
     return ""
