@@ -63,6 +63,9 @@ class ToyModel:
         other.graph = self.graph.acting(robot)
         return other
 
+    def customary(self, edge: Interaction) -> tuple[str, ...]:
+        return ()
+
     def decide(self, edge, states):
         return self.gates[edge]({n: np.atleast_2d(v) for n, v in states.items()}).reshape(
             np.shape(states[edge.child])[:-1]
@@ -82,7 +85,8 @@ class ToyModel:
 
     def step(self, states, root_next, active=None, *, strict=True):
         after, on = {r: np.array(states[r], dtype=float) for r in self.graph.roots}, {}
-        after[self.graph.root] = np.array(root_next, dtype=float)
+        given = root_next if isinstance(root_next, Mapping) else {self.graph.root: root_next}
+        after |= {name: np.array(value, dtype=float) for name, value in given.items()}
         for child in self.passive:
             now, space = states[child], self.graph.objects[child].observable
             kinds = np.array([v.kind for v in self.passive[child].variables])
@@ -228,7 +232,7 @@ def two_hands() -> ToyModel:
     gates: dict[str, Gate] = {"flap->bucket": ajar, "valve->bucket": fills}
     acts: dict[str, Act] = {
         "flap->bucket": lambda p, q, c: np.zeros_like(c),
-        "valve->bucket": lambda p, q, c: np.full_like(c, 0.05) * (q[..., :1] > 0.5),
+        "valve->bucket": lambda p, q, c: np.full_like(c, 0.01) * (q[..., :1] > 0.5),
     }
     samples: dict[str, list[dict[str, list[float]]]] = {"flap->bucket": [], "valve->bucket": []}
     let_go = {}
