@@ -232,7 +232,7 @@ def two_hands() -> ToyModel:
     gates: dict[str, Gate] = {"flap->bucket": ajar, "valve->bucket": fills}
     acts: dict[str, Act] = {
         "flap->bucket": lambda p, q, c: np.zeros_like(c),
-        "valve->bucket": lambda p, q, c: np.full_like(c, 0.01) * (q[..., :1] > 0.5),
+        "valve->bucket": lambda p, q, c: np.full_like(c, 0.02) * (q[..., :1] > 0.5),
     }
     samples: dict[str, list[dict[str, list[float]]]] = {"flap->bucket": [], "valve->bucket": []}
     let_go = {}
@@ -246,7 +246,7 @@ def two_hands() -> ToyModel:
         samples["flap->bucket"] += [*opens[1:], *both]
         samples["valve->bucket"] += both[1:]
         let_go[f"{me}->flap"] = [at(0.0, 0.0, **{me: [v, 0.0, 0.0]}) for v in (0.4, 0.6)]
-        let_go[f"{me}->valve"] = [at(0.0, v, **{me: [v, 1.0, 0.0]}) for v in (0.0, 0.9)]
+        let_go[f"{me}->valve"] = [at(0.0, v, **{me: [v, 1.0, 0.0], "bucket": [v]}) for v in (0.0, 0.9)]
     kinds = {"flap": ["constant"], "valve": ["hold"], "bucket": ["hold"]}
     return ToyModel(graph, gates, acts, kinds, samples, let_go)
 
