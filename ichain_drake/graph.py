@@ -194,6 +194,19 @@ class InteractionGraph:
             return np.asarray(parts[self.root], dtype=float)
         return np.concatenate([np.asarray(parts[r], dtype=float) for r in self.roots], axis=-1)
 
+    def only_root(self, what: str) -> str:
+        """The one robot, for what is not possible with several.
+
+        Args:
+            what: that is not, in words.
+
+        Raises:
+            InputError: if there are several.
+        """
+        if len(self.roots) > 1:
+            raise InputError(f"{what} takes one robot; the graph has {', '.join(self.roots)}")
+        return self.root
+
     def by_robot(self, edge: Interaction) -> bool:
         """Whether an interaction is one of a robot's own."""
         return edge.parent in self.roots

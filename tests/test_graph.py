@@ -139,6 +139,12 @@ def test_each_robot_sees_the_graph_as_its_own() -> None:
         seen.chain("right")
 
 
+def test_what_takes_one_robot_refuses_several() -> None:
+    assert graph("r a", "r->a").only_root("this") == "r"
+    with pytest.raises(InputError, match="finding edges takes one robot; the graph has right, left"):
+        TWO.only_root("finding edges")
+
+
 def test_commands_of_several_robots_are_joined_and_split_again() -> None:
     names = SPACE.observable.names
     assert TWO.command.names == tuple(f"{r}:{n}" for r in ("right", "left") for n in names)

@@ -16,10 +16,15 @@ from ichain_drake.control.planning.planner import GraphPlanner
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
+from ichain_drake.learned_graph import LearnedGraph
 from ichain_drake.learning import learn_interactions
+from ichain_drake.learning.discovery.labels import label_pieces
 from ichain_drake.learning.library.parts import load_parts
 from ichain_drake.objects import Jug, Pot
+from ichain_drake.objects.rows import NotTogetherError
+from ichain_drake.robot import HandSpec, IdealHand
 from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.runs.goals.unlabelled import without_flags
 from ichain_drake.scenarios.hand_commands import SeveralHands
 from ichain_drake.scenarios.seats import choose_seat
 from ichain_drake.simulation.commands import Commands
@@ -29,6 +34,8 @@ from ichain_drake.systems.lidded_pot.demonstrations import script_pieces
 from ichain_drake.systems.lidded_pot.layout import HANDS, JUG, LEFT, LID, POT, RIGHT
 from ichain_drake.systems.lidded_pot.scenario import LiddedPot
 from ichain_drake.timing import TICK
+from ichain_drake.world import World
+from ichain_drake.world.rows import WorldRows
 
 NAMES = ("y", "z", "roll", "grip")
 STEPS = {"hold", "pour", "let go"}
@@ -254,3 +261,43 @@ def test_a_fault_meets_the_run_alone(fault: str) -> None:
         assert isinstance(jug, Jug)
         assert bool(jug.jug.slips) == (happens and fault == "slip")
         assert bool(jug.settings.dropouts) == (happens and fault == "dropout")
+
+
+def test_the_learned_graph_takes_what_each_robot_does() -> None:
+    learned, graph = LearnedGraph(model()), model().graph
+    start = {n: v[7] for n, v in model().edges[Interaction(LEFT, LID)].examples.active.items()}
+    context = learned.CreateDefaultContext()
+    learned.set_states(context, start)
+    on = model().active(start)
+    learned.set_active(context, {e: bool(v) for e, v in on.items()})
+    ahead = {LEFT: start[LEFT] - [0.01, 0.0, 0.0, 0.0], RIGHT: start[RIGHT] + [0.0, 0.02, 0.0, 0.0]}
+    for name, value in ahead.items():
+        learned.GetInputPort(name).FixValue(context, value)
+    after, _ = model().step(start, ahead, previous=on)
+    context.SetDiscreteState(learned.EvalUniquePeriodicDiscreteUpdate(context))
+    assert set(learned.states(context)) == set(graph.objects)
+    for name, state in learned.states(context).items():
+        np.testing.assert_array_equal(state, after[name])
+
+
+def test_what_takes_one_robot_says_so() -> None:
+    bare = [without_flags(p) for p in pieces()]
+    with pytest.raises(InputError, match="inferring flags takes one robot; the graph has left_hand, right_hand"):
+        label_pieces(bare, scenario().graph)
+    with pytest.raises(InputError, match="a chain that follows paths takes one robot"):
+        ic.learn(scenario().graph, pieces(), target=POT, target_variables=("water", "change"))
+
+
+def test_robots_that_do_not_fit_the_graph_are_refused() -> None:
+    world = scenario().make_world(0)
+    fresh = scenario().make_world(1)
+    with pytest.raises(InputError, match="the graph's robots are left_hand, right_hand; given are left_hand"):
+        World(world.graph, {LEFT: fresh.robots[LEFT]}, fresh.objects)
+    other = IdealHand(HandSpec(["y", "z"], {"x": 0.6}), scenario().config.robot.home_hand())
+    with pytest.raises(InputError, match="robot right_hand: its port state has 2 values, the graph declares 4"):
+        World(world.graph, {LEFT: fresh.robots[LEFT], RIGHT: other}, fresh.objects)
+
+
+def test_worlds_with_several_hands_are_not_calculated_together() -> None:
+    with pytest.raises(NotTogetherError, match="worlds with one hand"):
+        WorldRows([scenario().make_world(0), scenario().make_world(1)])

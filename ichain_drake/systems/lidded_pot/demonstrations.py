@@ -7,14 +7,14 @@ hands in either part.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from ichain_drake.scenarios.hand_commands import HandCommands, SeveralHands
 from ichain_drake.scenarios.scripted_piece import ScriptedPiece
 from ichain_drake.scenarios.unsteady_hand import UnsteadyHand
-from ichain_drake.systems.lidded_pot.layout import HANDS, JUG, LAYOUT, LID, POT, PotStart
+from ichain_drake.systems.lidded_pot.layout import JUG, LAYOUT, LID, POT, PotStart
 
 _NAMES = ("y", "z", "roll", "grip")
 _ABOVE = 0.08  # from where a hand comes down on what it takes [m]
@@ -22,6 +22,9 @@ _WIDE = 0.055  # how far off a hand closes that shows where nothing is taken [m]
 _SHUT, _HANDLE = LAYOUT.lid.shut
 _OVER = LAYOUT.pot.middle[1] + LAYOUT.pot.height  # height of a rim that is poured from [m]
 _STANDS = LAYOUT.jug.height
+
+
+_LAID = tuple[PotStart, SeveralHands]
 
 
 class _Script(UnsteadyHand):
@@ -44,7 +47,11 @@ class _Script(UnsteadyHand):
         if lid is not None:
             roll = self.uniform(-0.5, 0.5)
             hands[self._other] = (_SHUT + lid, _HANDLE + self.uniform(-0.01, 0.01), roll, 1.0)
-        values = {"jug": self.stand(), "water": self.uniform(0.3, 0.95), "pot_water": self.uniform(0.0, 0.5)}
+        values: dict[str, float] = {
+            "jug": self.stand(),
+            "water": self.uniform(0.3, 0.95),
+            "pot_water": self.uniform(0.0, 0.5),
+        }
         if held:
             hands[self._hand] = (self.uniform(-0.015, 0.015), _OVER + self.uniform(-0.02, 0.04), 0.0, 1.0)
             values["jug"] = hands[self._hand][0]
@@ -60,13 +67,13 @@ class _Script(UnsteadyHand):
 
     # The lid by itself.
 
-    def miss_lid(self) -> tuple[PotStart, SeveralHands]:
+    def miss_lid(self) -> _LAID:
         start = self.start()
         both = SeveralHands(_NAMES, start.hands)
         self._misses(both[self._hand], (_SHUT, _HANDLE), 0.05)
         return start, both
 
-    def slide_lid(self) -> tuple[PotStart, SeveralHands]:
+    def slide_lid(self) -> _LAID:
         start = self.start()
         both = SeveralHands(_NAMES, start.hands)
         hand = both[self._hand]
@@ -81,26 +88,29 @@ class _Script(UnsteadyHand):
 
     def _misses(self, hand: HandCommands, place: tuple[float, float], moved: float) -> None:
         """The hand closes here and there around something, and moves a little."""
-        for dy, dz in [*((d, self.uniform(-0.008, 0.008)) for d in self.around(7, _WIDE)),
-                       *((self.uniform(-0.006, 0.006), d) for d in self.around(7, _WIDE))]:  # fmt: skip
+        for dy, dz in self._off_by():
             y, z = place[0] + dy, place[1] + dz
             hand.to(y=y, z=place[1] + _ABOVE, roll=self.uniform(-0.5, 0.5)).to(z=z)
             hand.grip(True).to(y=y + moved).grip(False)
             hand.to(z=place[1] + _ABOVE)
 
+    def _off_by(self) -> list[tuple[float, float]]:
+        """How far off a hand closes, along y and z [m]: far along one of them at a time."""
+        along_y = [(float(d), self.uniform(-0.008, 0.008)) for d in self.around(7, _WIDE)]
+        return along_y + [(self.uniform(-0.006, 0.006), float(d)) for d in self.around(7, _WIDE)]
+
     # The jug by itself.
 
-    def miss_jug(self) -> tuple[PotStart, SeveralHands]:
+    def miss_jug(self) -> _LAID:
         start = self.start()
         both = SeveralHands(_NAMES, start.hands)
         hand = both[self._hand]
-        for dy, dz in [*((d, self.uniform(-0.008, 0.008)) for d in self.around(7, _WIDE)),
-                       *((self.uniform(-0.006, 0.006), d) for d in self.around(7, _WIDE))]:  # fmt: skip
+        for dy, dz in self._off_by():
             y, z = start.jug + dy, max(_STANDS + dz, 0.0)
             hand.to(y=y, z=_STANDS + _ABOVE).to(z=z).grip(True).wait(1).grip(False).to(z=_STANDS + _ABOVE)
         return start, both
 
-    def move_jug(self) -> tuple[PotStart, SeveralHands]:
+    def move_jug(self) -> _LAID:
         start = self.start(water=self.uniform(0.2, 0.6))
         both = SeveralHands(_NAMES, start.hands)
         hand, place = both[self._hand], start.jug
@@ -128,9 +138,19 @@ class _Script(UnsteadyHand):
 
     # Both.
 
-    def pour(self, tilts: Sequence[tuple[float, int]], **content: float) -> tuple[PotStart, SeveralHands]:
+    def pour_all(self) -> _LAID:
+        return self._pour([(-1.9, 9)], self.uniform(0.7, 0.95), 0.0)
+
+    def pour_steps(self) -> _LAID:
+        tilts = [(-0.5, 2), (-0.8, 3), (-1.1, 3), (-0.7, 2), (-1.4, 3)]
+        return self._pour(tilts, self.uniform(0.8, 0.95), self.uniform(0.0, 0.05))
+
+    def pour_onto(self) -> _LAID:
+        return self._pour([(-1.2, 4), (-0.6, 2), (-1.9, 8)], self.uniform(0.5, 0.7), self.uniform(0.15, 0.3))
+
+    def _pour(self, tilts: Sequence[tuple[float, int]], water: float, pot_water: float) -> _LAID:
         """The other hand holds the lid open, this one pours and puts the jug back."""
-        start = self.start(self.wide_open(), **content)
+        start = self.start(self.wide_open(), water=water, pot_water=pot_water)
         both = SeveralHands(_NAMES, start.hands)
         hand = both[self._hand].wait(1)
         self._take(hand, start.jug)
@@ -141,9 +161,15 @@ class _Script(UnsteadyHand):
         self._put(hand, start.jug)
         return start, both
 
-    def sweep(self, *, open_: bool) -> tuple[PotStart, SeveralHands]:
+    def sweep_open(self) -> _LAID:
+        return self._sweep(self.wide_open())
+
+    def sweep_shut(self) -> _LAID:
+        return self._sweep(None)
+
+    def _sweep(self, lid: float | None) -> _LAID:
         """The jug crosses the faces of the place over the pot, upright and tilted: the gate of pouring."""
-        start = self.start(self.wide_open() if open_ else None, held=True, water=self.uniform(0.5, 0.9))
+        start = self.start(lid, held=True, water=self.uniform(0.5, 0.9))
         both = SeveralHands(_NAMES, start.hands)
         hand = both[self._hand].wait(2)
         for roll in (0.0, -0.6, -1.0):
@@ -158,7 +184,7 @@ class _Script(UnsteadyHand):
         self._put(hand, self.stand())
         return start, both
 
-    def work_lid(self) -> tuple[PotStart, SeveralHands]:
+    def work_lid(self) -> _LAID:
         """The jug is held over the pot, a little tilted, while the lid goes to and fro under it."""
         start = self.start(self.wide_open(), held=True, water=self.uniform(0.85, 0.95), pot_water=self.uniform(0, 0.1))
         both = SeveralHands(_NAMES, start.hands)
@@ -182,29 +208,17 @@ def script_pieces(rng: np.random.Generator, home: Mapping[str, Sequence[float]])
         other = next((h for h in home if h != hand), "")
         script = _Script(rng, hand, other, home)
         holds = {what: (f"{hand}->{what}",) for what in (LID, JUG)}
-        plan = [
-            ("miss_lid", script.miss_lid, (*holds[LID], f"{LID}->{POT}")),
-            ("slide_lid", script.slide_lid, (*holds[LID], f"{LID}->{POT}")),
-            ("miss_jug", script.miss_jug, holds[JUG]),
-            ("move_jug", script.move_jug, holds[JUG]),
+        plan: list[tuple[Callable[[], _LAID], tuple[str, ...]]] = [
+            (script.miss_lid, (*holds[LID], f"{LID}->{POT}")),
+            (script.slide_lid, (*holds[LID], f"{LID}->{POT}")),
+            (script.miss_jug, holds[JUG]),
+            (script.move_jug, holds[JUG]),
         ]
         if other:
             every = (*holds[JUG], f"{other}->{LID}", f"{LID}->{POT}", f"{JUG}->{POT}")
-            plan += [
-                ("pour_all", lambda s=script: s.pour([(-1.9, 9)], water=s.uniform(0.7, 0.95), pot_water=0.0), every),
-                ("pour_steps", lambda s=script: s.pour(
-                    [(-0.5, 2), (-0.8, 3), (-1.1, 3), (-0.7, 2), (-1.4, 3)],
-                    water=s.uniform(0.8, 0.95), pot_water=s.uniform(0.0, 0.05)), every),
-                ("pour_onto", lambda s=script: s.pour(
-                    [(-1.2, 4), (-0.6, 2), (-1.9, 8)],
-                    water=s.uniform(0.5, 0.7), pot_water=s.uniform(0.15, 0.3)), every),
-                ("sweep_open", lambda s=script: s.sweep(open_=True), every),
-                ("sweep_shut", lambda s=script: s.sweep(open_=False), every),
-                ("work_lid", script.work_lid, every),
-            ]  # fmt: skip
-        for name, lay_out, shows in plan:
-            start, both = lay_out()
-            yield ScriptedPiece(f"{name}_{number}", start, both.commands, shows)
-
-
-__all__ = ["HANDS", "script_pieces"]
+            pours = [script.pour_all, script.pour_steps, script.pour_onto]
+            gates = [script.sweep_open, script.sweep_shut, script.work_lid]
+            plan += [(lay_out, every) for lay_out in (*pours, *gates)]
+        for lay_out, shows in plan:
+            start, hands = lay_out()
+            yield ScriptedPiece(f"{lay_out.__name__}_{number}", start, hands.commands, shows)

@@ -124,8 +124,8 @@ class LiddedPot(GraphScenario[PotStart]):
         return PotStart(
             hands,
             config.jug + float(rng.uniform(-1.0, 1.0)) * config.spread,
-            float(rng.uniform(*config.water)),
-            float(rng.uniform(*config.pot_water)),
+            float(rng.uniform(config.water[0], config.water[1])),
+            float(rng.uniform(config.pot_water[0], config.pot_water[1])),
         )
 
     def make_objects(self, start: PotStart, make: ObjectMaker) -> Mapping[str, WorldObject]:
