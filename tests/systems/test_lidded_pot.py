@@ -13,6 +13,7 @@ import ichain_drake as ic
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import NoPlan, Plan
 from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.demonstrations.overview import inferred_graph
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
@@ -22,6 +23,7 @@ from ichain_drake.learning.discovery.labels import label_pieces
 from ichain_drake.learning.library.parts import load_parts
 from ichain_drake.objects import Jug, Pot
 from ichain_drake.objects.rows import NotTogetherError
+from ichain_drake.remote.messages import command_names
 from ichain_drake.robot import HandSpec, IdealHand
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.runs.goals.unlabelled import without_flags
@@ -301,3 +303,15 @@ def test_robots_that_do_not_fit_the_graph_are_refused() -> None:
 def test_worlds_with_several_hands_are_not_calculated_together() -> None:
     with pytest.raises(NotTogetherError, match="worlds with one hand"):
         WorldRows([scenario().make_world(0), scenario().make_world(1)])
+
+
+def test_tables_alone_tell_which_are_the_robots() -> None:
+    graph = inferred_graph(pieces())
+    assert graph.roots == HANDS
+    assert graph.command.names == scenario().graph.command.names
+    assert set(graph.edges) == set(scenario().graph.edges)
+    pieces()[0].check(graph)
+
+
+def test_what_goes_over_a_line_names_each_hand() -> None:
+    assert command_names(scenario().graph) == tuple(f"{h}.{v}" for h in HANDS for v in NAMES)
