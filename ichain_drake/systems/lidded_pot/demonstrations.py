@@ -86,6 +86,17 @@ class _Script(UnsteadyHand):
             hand.to(y=_SHUT + self.wide_open()).wait(2).grip(False).to(z=z + _ABOVE).wait(2)
         return start, both
 
+    def release_lid(self) -> _LAID:
+        """The lid is opened widely and let go of, again and again: whether it stays."""
+        start = self.start()
+        both = SeveralHands(_NAMES, start.hands)
+        hand = both[self._hand]
+        for _ in range(6):
+            y, z = _SHUT + self.uniform(-0.008, 0.008), _HANDLE + self.uniform(-0.01, 0.01)
+            hand.to(y=y, z=z + _ABOVE).to(z=z, roll=self.uniform(-0.5, 0.5)).grip(True)
+            hand.to(y=_SHUT + self.wide_open()).wait(1).grip(False).to(z=z + _ABOVE).wait(1)
+        return start, both
+
     def _misses(self, hand: HandCommands, place: tuple[float, float], moved: float) -> None:
         """The hand closes here and there around something, and moves a little."""
         for dy, dz in self._off_by():
@@ -222,3 +233,6 @@ def script_pieces(rng: np.random.Generator, home: Mapping[str, Sequence[float]])
         for lay_out, shows in plan:
             start, hands = lay_out()
             yield ScriptedPiece(f"{lay_out.__name__}_{number}", start, hands.commands, shows)
+    for number, hand in enumerate(home):
+        start, hands = _Script(rng, hand, "", home).release_lid()
+        yield ScriptedPiece(f"release_lid_{number}", start, hands.commands, (f"{hand}->{LID}", f"{LID}->{POT}"))
