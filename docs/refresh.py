@@ -7,6 +7,7 @@ report in `benchmarks/`:
     TABLE_SCOREBOARD_KETTLE    scoreboard.json, the rows of one system
     TABLE_SYSTEMS              scoreboard.json, one line a system
     TABLE_RULES                rules.json, what each rule is worth
+    TABLE_CONSTANTS            no report: the constants of learning and control that are in force
     TABLE_ANY_NAME             any_name.json: the text that its command printed
 
 Under each table stand the library's version, the date, and the command that printed it. A table without a report is
@@ -25,11 +26,12 @@ from pathlib import Path
 from typing import Any
 
 from ichain_drake.runs.intervals import success_interval, success_words
+from ichain_drake.scenarios.settings_list import list_constants, markdown_table
 
 ROOT = Path(__file__).parent.parent
 BLOCK = re.compile(r"<!-- TABLE_(\w+): begin -->\n(.*?)<!-- TABLE_\1: end -->", re.DOTALL)
 COMMAND_ABOVE = re.compile(r"^    (ichain [^\n]+)\n\n\Z", re.MULTILINE)
-SCOREBOARD, SYSTEMS, RULES = "SCOREBOARD", "SYSTEMS", "RULES"
+SCOREBOARD, SYSTEMS, RULES, CONSTANTS = "SCOREBOARD", "SYSTEMS", "RULES", "CONSTANTS"
 ABOUT = {  # where each system is described, and what it is asked for
     "car_game": ("car game", "docs/car_game.md", "follow three paths"),
     "hover_game": ("hovercraft", "docs/hover_game.md", "the same joystick, another game"),
@@ -132,6 +134,11 @@ def rules_table(lines: Sequence[Mapping[str, Any]]) -> str:
     return markdown(head, rows)
 
 
+def constants_table() -> str:
+    """One row a constant: what it is, its unit and range, and why."""
+    return f"{markdown_table(list_constants())}\n"
+
+
 def success(lines: Sequence[Mapping[str, Any]]) -> str:
     """Successes of several lines, with Wilson's interval."""
     reached, runs = sum(line["reached"] for line in lines), sum(line["runs"] for line in lines)
@@ -168,10 +175,12 @@ def differences(page: Path, root: Path) -> list[str]:
     out = []
     for name, content, above in tables(page):
         file = source(name, root)
-        if not file.is_file():
+        where = f"{page.name}: TABLE_{name}"
+        if name == CONSTANTS and content != constants_table():
+            out.append(f"{where} is not what is in force: run `python docs/refresh.py`")
+        if name == CONSTANTS or not file.is_file():
             continue
         report = json.loads(file.read_text())
-        where = f"{page.name}: TABLE_{name}"
         printed, now = report["versions"]["ichain_drake"], version("ichain_drake")
         if printed != now:
             out.append(f"{where} is of version {printed}, this is {now}: run `{report['command']}` anew")
@@ -188,10 +197,10 @@ def refresh(page: Path, root: Path) -> list[str]:
 
     def new(found: re.Match[str]) -> str:
         file = source(found[1], root)
-        if not file.is_file():
+        if found[1] != CONSTANTS and not file.is_file():
             missing.append(found[1])
             return found[0]
-        body = render(found[1], json.loads(file.read_text()))
+        body = constants_table() if found[1] == CONSTANTS else render(found[1], json.loads(file.read_text()))
         return f"<!-- TABLE_{found[1]}: begin -->\n{body}<!-- TABLE_{found[1]}: end -->"
 
     text = page.read_text()

@@ -15,7 +15,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 import ichain_drake
-from ichain_drake.scenarios.settings_list import list_constants, list_settings, markdown_table
+from ichain_drake.scenarios.settings_list import list_settings, markdown_table
 from ichain_drake.systems import SCENARIOS
 
 ROOT = Path(__file__).parent.parent
@@ -92,11 +92,6 @@ def _settings() -> str:
     parts = ["# Settings", "What `--set key=value` changes; `ichain settings SCENARIO` prints the same."]
     for name, kind in SCENARIOS.items():
         parts += [f"## {name}", markdown_table(list_settings(kind))]
-    about = (
-        "The same for every system; `--set` changes none of them. `ichain settings --constants` prints them, and every "
-        "report has them under `given`."
-    )
-    parts += ["## Constants of learning and control", about, markdown_table(list_constants())]
     return "\n\n".join(parts)
 
 

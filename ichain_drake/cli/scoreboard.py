@@ -160,7 +160,32 @@ def format_scoreboard(document: Mapping[str, Any]) -> str:
         "silent: failures that ended as if reached;\nerror: mean distance to the path, or by how much the goal was "
         "missed, as a share of the demonstrated range;\ntimes: medians, learning and planning of the processor"
     )
-    return table_text(view, note) + ("\n\n" + format_ablation(document["ablation"]) if document["ablation"] else "")
+    parts = [table_text(view, note)]
+    if document["predicted"]:
+        parts.append(format_predictions(document["predicted"]))
+    if document["ablation"]:
+        parts.append(format_ablation(document["ablation"]))
+    return "\n\n".join(parts)
+
+
+def format_predictions(lines: Sequence[Mapping[str, Any]]) -> str:
+    """What plans said of their success beside what became of them, as text.
+
+    Args:
+        lines: from `prediction_lines`.
+    """
+    from rich.table import Table
+
+    from ichain_drake.cli.evaluation import table_text
+    from ichain_drake.runs.intervals import success_words
+
+    view = Table("probability of the plan", "runs", "predicted", "reached", box=None, padding=(0, 1))
+    for line in lines:
+        view.add_row(
+            f"{line['above']:.1f} to {line['up_to']:.1f}", str(line["runs"]), f"{line['predicted']:.3f}",
+            success_words(line["reached"], line["runs"], line["interval"]),
+        )  # fmt: skip
+    return table_text(view, "what the first plan of each run towards a goal said of its success, and what became of it")
 
 
 def format_ablation(lines: Sequence[Mapping[str, Any]]) -> str:

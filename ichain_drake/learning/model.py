@@ -246,12 +246,22 @@ class InteractionModel:
             forced, before: status to take as given, and status at t, shape (n,) each.
             on: is given the status at t + 1 of their incoming interactions.
         """
-        # In a cycle the first sweep sees some parents at t; each further sweep brings news one object on.
+        # In a cycle the first sweep sees some parents at t; each further sweep brings news one object on. Whom no news
+        # reached stays as calculated.
+        stale = set(members)
         for _ in range(len(members)):
             for child in self._sweep(members):
+                if child not in stale:
+                    continue
+                stale.discard(child)
+                seen = after.get(child, rows[child])
                 after[child] = advance(
                     self.edges, self._incoming[child], self.passive[child], rows, after, forced, before, on
                 )
+                if len(members) > 1 and not np.array_equal(after[child], seen):
+                    stale.update(n for n in self.graph.digraph.successors(child) if n in members)
+            if not stale:
+                break
 
     def rollout(
         self, states: States, root_path: ArrayLike, active: Status | None = None, previous: Status | None = None

@@ -130,6 +130,12 @@ def test_rows_without_each_rule_stand_below_the_table(tmp_path, ichain):
     assert [line["rule"] for line in found["ablation"]] == ["deviation", "detour"]
     assert [(line["pairs"], line["lost"]) for line in found["ablation"]] == [(1, 0)] * 2
     assert [line["runs"] for line in found["table"]] == [1]
+    complete = next(row for row in found["rows"] if not row["without"])
+    assert [(line["runs"], line["predicted"], line["reached"]) for line in found["predicted"]] == [
+        (1, round(complete["probability"], 4), int(complete["success"]))
+    ]
+    assert 0.5 < complete["probability"] <= 1.0
+    assert "what the first plan of each run towards a goal said of its success" in done.out
 
 
 def test_rules_are_listed(ichain):

@@ -12,7 +12,7 @@ from ichain_drake.cli.main import main
 from ichain_drake.control.settings import constants
 from ichain_drake.learning.settings import LearningSettings
 from ichain_drake.runs.provenance import given_of
-from ichain_drake.scenarios.settings_list import attribute_meanings, list_constants
+from ichain_drake.scenarios.settings_list import attribute_meanings, list_constants, markdown_table
 from ichain_drake.settings import check_settings, declared_of
 from ichain_drake.systems import load_scenario
 
@@ -126,6 +126,11 @@ def test_they_are_listed_by_the_command(capsys):
     said = capsys.readouterr().out
     assert "learning.clear=3 [noises]  (above 0)" in said
     assert all(f"{line.key}={line.default[:20]}" in said for line in list_constants())
+
+
+def test_the_page_says_what_is_in_force():
+    """A changed number, unit or range is seen in what is printed of it, by whoever reads the change."""
+    assert markdown_table(list_constants()) in (PACKAGE.parent / "docs" / "constants.md").read_text()
 
 
 def test_the_command_asks_for_a_scenario(capsys):

@@ -31,3 +31,15 @@ def test_seeds_differ_and_repeat() -> None:
     assert np.abs(first - other).max() > 0.01
     unlit = [replace(p, table=p.table.drop(columns="lever->tank")) for p in PIECES]
     assert LAMP not in distracted(unlit, bath_log.GRAPH, 0)[0][1].states
+
+
+def test_what_moves_by_itself_swings_and_what_nothing_acts_on_stays() -> None:
+    (raw, *_), _ = distracted(PIECES, bath_log.GRAPH, 3)
+    mover, stone = raw.states[MOVER], raw.states[STONE]
+    np.testing.assert_allclose(stone, np.tile([0.7, -0.2], (len(stone), 1)), atol=0.01)
+    assert 0.0005 < stone.std(axis=0).min() <= stone.std(axis=0).max() < 0.002, "but for the noise of readings"
+    bend = np.diff(mover, n=2, axis=0)
+    middle = mover[1:-1] - mover.mean(axis=0)
+    slope = (bend * middle).sum(axis=0) / (middle**2).sum(axis=0)
+    np.testing.assert_allclose(slope, 2.0 * np.cos(0.3) - 2.0, rtol=0.3)
+    assert (np.ptp(mover, axis=0) < 0.21).all()

@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import numpy as np
 import pytest
 
 from ichain_drake.control.planning.plan import Plan
@@ -12,7 +13,7 @@ from ichain_drake.runs.goals.plan import make_plan
 from ichain_drake.runs.learn import learn
 from ichain_drake.simulation.wiring import look
 from ichain_drake.systems import load_scenario
-from ichain_drake.systems.two_dispensers.scenario import MACHINES, TwoDispensers
+from ichain_drake.systems.two_dispensers.scenario import TwoDispensers
 
 
 @cache
@@ -29,7 +30,7 @@ def test_every_piece_shows_one_machine_at_most_and_every_edge_is_shown() -> None
     shown = set()
     for piece in pieces():
         active = {e.name for e in scenario().graph.interactions if (piece.table[e.name] > 0.5).any()}
-        assert len({m for m in MACHINES if any(m in name for name in active)}) <= 1, piece.name
+        assert len({m for m in scenario().machines if any(m in name for name in active)}) <= 1, piece.name
         shown |= active
     assert shown == {e.name for e in scenario().graph.interactions}
 
@@ -56,3 +57,19 @@ def test_an_arm_does_not_reach_both(physics: str) -> None:
 def test_machines_that_overlap_are_refused() -> None:
     with pytest.raises(InputError, match=r"spacing is -0\.1 m; the machines need 0\.5 m"):
         TwoDispensers(["spacing=-0.1"], "ideal")
+
+
+def test_more_machines_stand_in_a_row() -> None:
+    row = TwoDispensers(["machines=4", "spacing=-0.7"], "ideal")
+    assert row.machines == ("near", "far", "more1", "more2")
+    places = [row.button_mount(f"{m}_power").top[1] for m in row.machines]
+    assert [round(a - b, 6) for a, b in zip(places[:-1], places[1:], strict=True)] == [0.7] * 3
+    assert len(row.graph.objects) == 2 + 3 * 4
+    assert {e.parent for e in row.graph.incoming("cup")} == {"hand", *(f"{m}_tank" for m in row.machines)}
+    assert len(list(row.script(np.random.default_rng(0)))) > len(list(scenario().script(np.random.default_rng(0))))
+
+
+def test_one_machine_needs_no_spacing_and_none_is_no_row() -> None:
+    assert TwoDispensers(["machines=1", "spacing=0"], "ideal").machines == ("near",)
+    with pytest.raises(InputError, match=r"machines is 0; give a whole number from 1 to 64"):
+        TwoDispensers(["machines=0"], "ideal")

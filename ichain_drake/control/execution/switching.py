@@ -142,7 +142,8 @@ class Switch(Task):
             if self.attempt + 1 >= view.attempts:
                 raise
             # Another event may begin where the robot can get to.
-            self.attempt, self.path = self.attempt + 1, self._lay(view, self.activate)
+            self.attempt += 1
+            self.path = self._lay(view, self.activate)
             return view.command.copy()
         if there:
             self.path.pop(0)

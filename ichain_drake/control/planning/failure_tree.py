@@ -13,7 +13,7 @@ def failure_tree(nearest: Nearest) -> tuple[str, ...]:
     Args:
         nearest: what a search found.
     """
-    graph, lines = nearest.model.graph, []
+    graph, lines, told = nearest.model.graph, list[str](), set[tuple[Interaction, ...]]()
     for k, c in enumerate(nearest.goal.conditions):
         off, met = nearest.closest[k], nearest.closest[k] == 0.0
         near = f"nearest {nearest.nearest[k]:.4g}" + ("" if met else f", {off:.4g} short")
@@ -29,9 +29,15 @@ def failure_tree(nearest: Nearest) -> tuple[str, ...]:
         ]
         for chain, tried in sorted(mine, key=lambda m: -m[1].probability):
             lines.append(f"  {_line(chain, tried)}")
-            lines += [f"    {_line(*m)}" for m in _before(nearest, tried)]
+            before = _before(nearest, tried)
+            lines += [f"    {_line(*m)}" for m in before]
+            told |= {chain, *(m[0] for m in before)}
         if not mine:
             lines.append(f"  nothing drives it {'up' if direction > 0 else 'down'}")
+    beside = {key[0]: t for key, t in nearest.tried.items() if t.end is None and key[0] not in told}
+    if beside:
+        lines.append("beside these never began:")
+        lines += [f"  {_line(*m)}" for m in beside.items()]
     return tuple(lines)
 
 

@@ -37,19 +37,31 @@ def hold_probability(model: InteractionModel, edge: Interaction, states: Sequenc
     Returns:
         For each of several states, shape (n_states,); 1 where the object's place is not known to go with the robot's.
     """
-    if not states or not enabled("can_hold"):
+    batch = _grasps(model, edge, states)
+    if batch is None:
         return np.ones(len(states))
+    return np.asarray(model.probability(edge, batch).reshape(len(states), -1).max(axis=1))
+
+
+def hold_margin(model: InteractionModel, edge: Interaction, states: States) -> float:
+    """Largest decision value of a demonstrated grasp; 0 where nothing is known. Arguments as above, of one state."""
+    batch = _grasps(model, edge, [states])
+    return 0.0 if batch is None else float(model.decide(edge, batch).max())
+
+
+def _grasps(model: InteractionModel, edge: Interaction, states: Sequence[States]) -> Batch | None:
+    """Each state with the robot as in each demonstrated grasp, within its bounds; None where none is known."""
     frames, samples = Frames(model), model.edges[edge].examples.active
     rows = np.flatnonzero(model.decide(edge, samples) >= 0.0)
-    if not frames.goes_with(edge) or not len(rows):
-        return np.ones(len(states))  # nothing is known of a grasp elsewhere
+    if not states or not enabled("can_hold") or not frames.goes_with(edge) or not len(rows):
+        return None  # nothing is known of a grasp elsewhere
     if len(rows) > PLANNING.samples:
         rows = rows[np.linspace(0, len(rows) - 1, PLANNING.samples).round().astype(int)]
-    count = len(rows)
-    batch: Batch = {n: np.repeat(np.array([s[n] for s in states], dtype=float), count, axis=0) for n in states[0]}
+    batch: Batch = {n: np.repeat(np.array([s[n] for s in states], dtype=float), len(rows), axis=0) for n in states[0]}
     taken, was = (np.tile(samples[n][rows], (len(states), 1)) for n in (edge.parent, edge.child))
-    batch[edge.parent] = frames.along(edge.parent, taken, edge.child, was, batch[edge.child])
-    return np.asarray(model.probability(edge, batch).reshape(len(states), count).max(axis=1))
+    robot = frames.along(edge.parent, taken, edge.child, was, batch[edge.child])
+    batch[edge.parent] = model.graph.objects[edge.parent].observable.clip(robot)
+    return batch
 
 
 def taken_as(model: InteractionModel, motion: Motion, node: int, child: FloatArray) -> FloatArray:

@@ -6,6 +6,9 @@ robot on, drive a variable of its last object until it stops changing, and let g
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
 import networkx as nx
 import numpy as np
 
@@ -56,15 +59,47 @@ def find_drives(model: InteractionModel, carries: tuple[CarryOption, ...]) -> tu
         return ()
     batch = {n: np.concatenate([s[n] for s in samples]) for n in model.graph.objects}
     margins = {e: model.decide(e, batch) for e in model.graph.interactions}
-    change, frames = _probe(model, batch, PLANNING.probe), Frames(model)
-    out: list[DriveOption] = []
+    change, further = _probe(model, batch, PLANNING.probe), _probe(model, batch, PLANNING.long)
+    frames, ways = Frames(model), list[_Way]()
     for number, chain in enumerate(every):
         rows = np.flatnonzero(np.array(owner) == number)
         if len(rows):
             sure = np.min([margins[e][rows] for e in chain], axis=0)
-            carry = by_edge.get(chain[0])
-            out += _drives_of(model, frames, chain, carry, take(batch, rows), take(change, rows), sure)
+            shown, soon, later = (take(part, rows) for part in (batch, change, further))
+            ways += _ways_of(model, frames, chain, by_edge.get(chain[0]), shown, soon, later, sure)
+    totals = _probe_each(model, [w.poses for w in ways], PLANNING.long)
+    going = [(w, total) for w, total in zip(ways, totals, strict=True) if w.gain(total).max() >= w.least]
+    carried = [w for w, _ in going if w.carry is not None]
+    brimful = _probe_each(model, [_brimful(model, w.carry, w.poses) for w in carried if w.carry], PLANNING.long)
+    full = {id(w): w.gain(change) for w, change in zip(carried, brimful, strict=True)}
+    out = [_drive(model, w, w.gain(total), full.get(id(w))) for w, total in going]
     return tuple(d for d in out if not _subsumed(model, d, out))
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """A chain that may drive a variable in a direction.
+
+    Attributes:
+        chain, variable, direction, rate, carry, anchor: as of the option.
+        poses: the robot and the chain's first object as in each sample of it, all else as in one.
+        sure: how surely all of the chain is active in each sample, shape (n,).
+        least: change that is worth an option.
+    """
+
+    chain: tuple[Interaction, ...]
+    variable: int
+    direction: int
+    rate: float
+    carry: CarryOption | None
+    anchor: str | None
+    poses: Batch
+    sure: FloatArray
+    least: float
+
+    def gain(self, change: Batch) -> FloatArray:
+        """What a change of all objects is to the variable, in the direction, shape (n,)."""
+        return self.direction * change[self.chain[-1].child][:, self.variable]
 
 
 def _subsumed(model: InteractionModel, drive: DriveOption, every: list[DriveOption]) -> bool:
@@ -115,6 +150,16 @@ def _probe(model: InteractionModel, batch: Batch, ticks: int) -> Batch:
     return {n: model.graph.objects[n].observable.difference(now[n], batch[n]) for n in batch}
 
 
+def _probe_each(model: InteractionModel, batches: Sequence[Batch], ticks: int) -> list[Batch]:
+    """The same of several batches, as one: one row costs as much as a hundred."""
+    if not batches:
+        return []
+    ends = np.cumsum([len(b[model.graph.root]) for b in batches])[:-1]
+    change = _probe(model, {n: np.concatenate([b[n] for b in batches]) for n in model.graph.objects}, ticks)
+    parts = {n: np.split(v, ends) for n, v in change.items()}
+    return [{n: v[k] for n, v in parts.items()} for k in range(len(batches))]
+
+
 def _anchor(frames: Frames, chain: tuple[Interaction, ...], carry: CarryOption | None) -> str | None:
     """What samples of a chain are relative to: what is pressed or turned, or what the carried object acts on.
 
@@ -127,54 +172,62 @@ def _anchor(frames: Frames, chain: tuple[Interaction, ...], carry: CarryOption |
     return chain[1].child
 
 
-def _drives_of(
+def _ways_of(
     model: InteractionModel,
     frames: Frames,
     chain: tuple[Interaction, ...],
     carry: CarryOption | None,
     batch: Batch,
     change: Batch,
+    further: Batch,
     sure: FloatArray,
-) -> list[DriveOption]:
+) -> Iterator[_Way]:
     target = chain[-1].child
     follow = carry.follow if carry is not None and len(chain) == 1 else ()
     least = np.maximum(PLANNING.least * span(model, target), PLANNING.noises * model.noise[target])
     usable = keeps(model, target) & ~is_change(model, target)
-    out, anchor = [], _anchor(frames, chain, carry)
-    further = _probe(model, batch, PLANNING.long)
+    anchor = _anchor(frames, chain, carry)
     for v in np.flatnonzero(usable):
         if v in follow or not any(f.variable == v for f in model.edges[chain[-1]].effects):
             continue
         largest = float(np.abs(change[target][:, v]).max())
         for direction in (1, -1):
-            speed = direction * change[target][:, v]
-            fastest = int(np.argmax(speed))
-            if speed[fastest] < max(PLANNING.hardly * least[v], LEARNING.slight * largest):
+            fastest = float((direction * change[target][:, v]).max())
+            if fastest < max(PLANNING.hardly * least[v], LEARNING.slight * largest):
                 continue
             # How far each way of holding the chain gets, all from the same contents: those that leave most room for it.
             roomy = int(np.argmax(direction * further[target][:, v]))
             poses = _in_context(model, frames, chain, carry, batch, roomy, anchor)
-            total = direction * _probe(model, poses, PLANNING.long)[target][:, v]
-            best = float(total.max())
-            if best < least[v]:
-                continue
-            nearly = np.flatnonzero(total >= PLANNING.nearly * best)
-            if carry is not None and enabled("turned_where_shown"):
-                shown = _shown(model, carry, poses[carry.edge.child][nearly][:, carry.follow])
-                nearly = nearly[shown] if shown.any() else nearly
-            nearly = nearly[np.argsort(-sure[nearly], kind="stable")]
-            before = hold = int(nearly[0])
-            if carry is not None:
-                quiet = np.abs(total) < LEARNING.near * best
-                full = _probe(model, _brimful(model, carry, poses), PLANNING.long)
-                brimful = np.abs(full[target][:, v]) < LEARNING.near * best
-                before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
-            rate = float(speed[fastest]) / PLANNING.probe
-            held = row(poses, hold)
-            quietly = held if before == hold else row(poses, before)
-            others = take(poses, nearly[1:] if before == hold else nearly[:0])
-            out.append(DriveOption(chain, int(v), direction, rate, carry, held, quietly, anchor=anchor, others=others))
-    return out
+            rate = fastest / PLANNING.probe
+            yield _Way(chain, int(v), direction, rate, carry, anchor, poses, sure, float(least[v]))
+
+
+def _drive(model: InteractionModel, way: _Way, total: FloatArray, full: FloatArray | None) -> DriveOption:
+    """The option of the pose that gets far and is surest.
+
+    Args:
+        model: the learned graph.
+        way: the chain and its poses.
+        total: how far each gets, shape (n,).
+        full: the same with a brimful carried object; None where none is carried.
+    """
+    best, poses, carry = float(total.max()), way.poses, way.carry
+    nearly = np.flatnonzero(total >= PLANNING.nearly * best)
+    if carry is not None and enabled("turned_where_shown"):
+        shown = _shown(model, carry, poses[carry.edge.child][nearly][:, carry.follow])
+        nearly = nearly[shown] if shown.any() else nearly
+    nearly = nearly[np.argsort(-way.sure[nearly], kind="stable")]
+    before = hold = int(nearly[0])
+    if carry is not None and full is not None:
+        quiet = np.abs(total) < LEARNING.near * best
+        brimful = np.abs(full) < LEARNING.near * best
+        before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
+    held = row(poses, hold)
+    quietly = held if before == hold else row(poses, before)
+    others = take(poses, nearly[1:] if before == hold else nearly[:0])
+    return DriveOption(
+        way.chain, way.variable, way.direction, way.rate, carry, held, quietly, anchor=way.anchor, others=others
+    )
 
 
 def _in_context(

@@ -20,7 +20,7 @@ from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Alike, Landmarks, unmet_conditions
-from ichain_drake.control.planning.holding import can_hold, hold_probability
+from ichain_drake.control.planning.holding import can_hold, hold_margin, hold_probability
 from ichain_drake.control.planning.letting_go import in_hand, stays
 from ichain_drake.control.planning.model import Batch, row, stack, take
 from ichain_drake.control.planning.places import carry_targets, wanted_place
@@ -296,8 +296,20 @@ class Search:
 
     def _driven(self, side: Side, layer: Sequence[SearchNode]) -> list[SearchNode]:
         free = [n for n in layer if n.held_by(side.robot) is None]
-        tries = [(n, d) for n in free for d in side.options.drives if not n.is_taken(d.chain[0].child, side.robot)]
-        placed = [(n, d.placed(side.frames, n.states)) for n, d in tries]
+        states = [n.states for n in free]
+        taken = {c.edge: hold_probability(side.model, c.edge, states) for c in side.options.carries}
+        placed = []
+        for k, node in enumerate(free):
+            for drive in side.options.drives:
+                if node.is_taken(drive.chain[0].child, side.robot):
+                    continue
+                edge = None if drive.carry is None else drive.carry.edge
+                if edge is None or taken[edge][k] >= PLANNING.likely:
+                    placed.append((node, drive.placed(side.frames, node.states)))
+                else:  # the robot can't take it where it is
+                    margin = hold_margin(side.model, edge, node.states)
+                    self.nearest.note_tried(drive, np.nan, float(taken[edge][k]), edge)
+                    self.nearest.note_blocked(drive, edge, margin)
         rows = [(n, d) for n, d in placed if d is not None]
         self.dropped |= len(rows) < len(placed)  # between what was shown there may be one that is within reach
         started = [(n.states, d) for n, d in rows]

@@ -89,10 +89,8 @@ def frame_turns(
     """
     turns = {group.frame: np.eye(len(group.indices)) for group in position_groups(spaces[root])}
     known = sorted((a for a in alignments.values() if a is not None), key=lambda a: -a.rows)
-    for _ in spaces:
-        for a in known:
-            if a.parent.frame in turns and a.child.frame not in turns:
-                turns[a.child.frame] = a.turn @ turns[a.parent.frame]
+    while best := next((a for a in known if a.parent.frame in turns and a.child.frame not in turns), None):
+        turns[best.child.frame] = best.turn @ turns[best.parent.frame]
     return turns
 
 

@@ -13,8 +13,6 @@ from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
 _RIDGE = 1e-3
-
-
 _BEYOND = 0.15  # of the largest target: where an alternation takes rows as beyond a threshold at first
 
 
@@ -52,13 +50,10 @@ class Screening:
         degree: int,
         preferred: NDArray[np.bool_],
     ) -> None:
-        scale = x.std(axis=0)
-        self.usable = scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12)
-        z = (x - x.mean(axis=0)) / np.where(self.usable, scale, 1.0)
+        self.usable, z = _standardised(x)
         n = x.shape[1]
         first, second = np.triu_indices(n)
         self.degree = degree
-        self.n_columns = n
         self.preferred = preferred
         phi = [np.ones((len(x), 1)), z] + ([z[:, first] * z[:, second]] if degree > 1 else [])
         features = np.hstack(phi)
@@ -105,7 +100,7 @@ class Screening:
         chosen: list[int] = []
         best = self.error(chosen)
         while len(chosen) < most:
-            free = [c for c in range(self.n_columns) if c not in chosen and self.usable[c]]
+            free = [c for c in self.usable.tolist() if c not in chosen]
             if not free:
                 break
             singles = sorted((self._ranked([*chosen, c]), i, c) for i, c in enumerate(free))
@@ -130,10 +125,10 @@ class Screening:
 
 
 def _standardised(x: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-    """Columns that vary beyond rounding, and all columns with mean 0 and standard deviation 1."""
+    """Columns that vary beyond rounding, and all columns with mean 0 and, of these, standard deviation 1."""
     scale = x.std(axis=0)
-    usable = np.flatnonzero(scale > 1e-9 * np.maximum(np.abs(x).max(axis=0, initial=0.0), 1e-12))
-    return usable, (x - x.mean(axis=0)) / np.where(scale > 0, scale, 1.0)
+    usable = scale > 1e-9 * np.abs(x).max(axis=0)
+    return np.flatnonzero(usable), (x - x.mean(axis=0)) / np.where(usable, scale, 1.0)
 
 
 class CubicScreening:

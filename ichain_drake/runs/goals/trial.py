@@ -13,6 +13,7 @@ from ichain_drake.control.execution.executor import ExecutorSettings
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import gap, value_of
 from ichain_drake.control.planning.model import span
+from ichain_drake.control.planning.plan import Plan
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning import InteractionModel
 from ichain_drake.robot import Physics
@@ -74,6 +75,7 @@ class Trial:
             "silent": False,
             "control_steps": 0,
             "replans": 0,
+            "probability": None,
             "pieces": self.pieces,
         }
 
@@ -111,6 +113,7 @@ def outcome(run: GraphRun) -> dict[str, Any]:
 
     `error` is the largest distance of a condition from its range, in truth at the end, as a share of the variable's
     demonstrated range. A failure is silent if the controller came to its end as if the goal held, or gave no reason.
+    `probability` is what the first plan said of its success; None where there was no plan.
     """
     assert run.memory is not None
     reached = run.goal_reached
@@ -122,6 +125,7 @@ def outcome(run: GraphRun) -> dict[str, Any]:
         "silent": not reached and (run.memory.mode == Mode.REACHED or not run.reason),
         "control_steps": run.memory.tick,
         "replans": run.memory.replans,
+        "probability": run.plan.probability if isinstance(run.plan, Plan) else None,
     }
 
 

@@ -10,7 +10,7 @@ from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import evaluate_jobs
 from ichain_drake.runs.scoreboard.ablation import rule_lines
 from ichain_drake.runs.scoreboard.cases import FIRST_SEED, Case
-from ichain_drake.runs.scoreboard.table import add_failures_without, make_line
+from ichain_drake.runs.scoreboard.table import add_failures_without, make_line, prediction_lines
 from ichain_drake.runs.scoreboard.trials import make_jobs
 
 
@@ -31,7 +31,8 @@ def run_scoreboard(
         say: called with a line and the fraction done.
 
     Returns:
-        `table` (one line a row, see `make_line`), `ablation` (one line a rule that some row is run without, see
+        `table` (one line a row, see `make_line`), `predicted` (what plans said of their success beside what became of
+        them, with all rules, see `prediction_lines`), `ablation` (one line a rule that some row is run without, see
         `rule_lines`) and `rows` (one a trial, with the `row` that it belongs to and the rule that it was `without`).
 
     Raises:
@@ -48,9 +49,11 @@ def run_scoreboard(
             flat += [{"row": case.name, "without": case.without, **row} for row in own]
             if own and not case.without:
                 table.append(make_line(case, own))
-        add_failures_without(table, [row for row in flat if not row["without"]])
+        complete = [row for row in flat if not row["without"]]
+        add_failures_without(table, complete)
         off = dict.fromkeys(case.without for case in cases if case.without)
-        return {"table": table, "ablation": rule_lines(flat, off), "rows": flat}
+        predicted = prediction_lines(complete)
+        return {"table": table, "predicted": predicted, "ablation": rule_lines(flat, off), "rows": flat}
 
     work = make_jobs(cases, first_seed)
     return evaluate_jobs(work, workers, rows, found, say, _label)

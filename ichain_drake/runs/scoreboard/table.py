@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ichain_drake.learning.calibration import reliability
 from ichain_drake.runs.intervals import seed_words, success_interval
 from ichain_drake.runs.scoreboard.cases import NONE, Case
 
@@ -72,6 +73,35 @@ def add_failures_without(table: Sequence[dict[str, Any]], rows: Sequence[Mapping
         plain = f"{line['row'].rpartition('/')[0]}/{NONE}"
         known = line["fault"] != NONE and plain in lost
         line["failed_without"] = len(lost[line["row"]] & lost[plain]) if known else None
+
+
+def prediction_lines(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What plans said of their success beside what became of them (a reliability diagram in numbers).
+
+    Args:
+        rows: one a trial; those without a plan, and of paths, have no `probability` and are left out.
+
+    Returns:
+        One line for each tenth of probability that some plan is in, the likeliest first: its bounds `above` and
+        `up_to`; `runs`; mean `predicted`; `reached` and Wilson's `interval`.
+    """
+    planned = [row for row in rows if row["probability"] is not None]
+    if not planned:
+        return []
+    found = reliability([row["probability"] for row in planned], [bool(row["success"]) for row in planned])
+    bins = len(found.rows)
+    return [
+        {
+            "above": k / bins,
+            "up_to": (k + 1) / bins,
+            "runs": int(n),
+            "predicted": round(float(found.predicted[k]) / int(n), 4),
+            "reached": int(found.happened[k]),
+            "interval": success_interval(int(found.happened[k]), int(n)),
+        }
+        for k, n in reversed(list(enumerate(found.rows)))
+        if n
+    ]
 
 
 def _median(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:

@@ -129,5 +129,5 @@ class PathTrials:
         return {
             "physics": case.physics, "case": case.fault, "seed": self.seed, "success": False, "error": None,
             "oracle_error": None, "unit": "", "reason": reason, "cause": cause, "silent": False, "control_steps": 0,
-            "replans": None, "learning_seconds": None, "plan_seconds": None, "wall_seconds": None,
+            "replans": None, "probability": None, "learning_seconds": None, "plan_seconds": None, "wall_seconds": None,
         }  # fmt: skip

@@ -44,7 +44,8 @@ from ichain_drake.systems.water_dispenser.scenario import WaterDispenser, WaterD
 from ichain_drake.visualization import Camera
 
 HAND, CUP = "hand", "cup"
-MACHINES = ("near", "far")
+MACHINES = ("near", "far", *(f"more{k}" for k in range(1, 63)))
+"""What the machines are called, from the near one on; usually there are two."""
 _SHARED = ("relocate", "miss_grasps")  # pieces that show no machine
 _RED, _BLUE = (0.9, 0.12, 0.05), (0.05, 0.3, 0.95)
 
@@ -54,9 +55,11 @@ class TwoDispensersConfig(WaterDispenserConfig):
     """Configuration of the two dispensers.
 
     Attributes:
-        spacing: from the near machine to the far one along y [m].
+        machines: so many are there; of more than two, the hand's bounds must reach all (`robot.hand.bounds`).
+        spacing: from each machine to the next one along y [m].
     """
 
+    machines: int = setting(2, "machines", lower=1, upper=len(MACHINES))
     spacing: float = setting(-0.6, "m", lower=-2, upper=2)
 
 
@@ -87,15 +90,20 @@ class TwoDispensers(WaterDispenser):
             raise InputError("two_dispensers: an arm does not reach both machines; give --physics ideal")
         if self.config.machine.seen:
             raise InputError("two_dispensers: its machines stand where they are; leave machine.seen at false")
-        if not abs(self.config.spacing) >= 0.5:
+        if self.config.machines > 1 and not abs(self.config.spacing) >= 0.5:
             raise InputError(f"two_dispensers: spacing is {self.config.spacing} m; the machines need 0.5 m or more")
+
+    @property
+    def machines(self) -> tuple[str, ...]:
+        """Names of the machines."""
+        return MACHINES[: self.config.machines]
 
     def make_graph(self) -> InteractionGraph:
         """The graph of `water_dispenser` with buttons and tank twice."""
-        tanks = [f"{m}_tank" for m in MACHINES]
+        tanks = [f"{m}_tank" for m in self.machines]
         objects = {HAND: self.config.robot.hand.space, CUP: Cup.space(tanks)}
         edges = [(HAND, CUP)]
-        for m in MACHINES:
+        for m in self.machines:
             power, dispense, tank = self._names(m)
             objects |= {power: Button.state_space, dispense: Button.state_space, tank: Tank.space([CUP])}
             edges += [(HAND, power), (HAND, dispense), (power, tank), (dispense, tank), (CUP, tank), (tank, CUP)]
@@ -116,7 +124,7 @@ class TwoDispensers(WaterDispenser):
             start, tank_amount=DispenserStart.tank_amount, tank_temperature=DispenserStart.tank_temperature
         )
         objects: dict[str, WorldObject] = {CUP: self.make_cup(start, make)}
-        for m in MACHINES:
+        for m in self.machines:
             power, dispense, tank = self._names(m)
             objects |= {b: make(Button, b, mount=self.button_mount(b)) for b in (power, dispense)}
             objects[tank] = self.make_tank(tank, start if m == at else empty, make, self._tank_settings(m))
@@ -129,7 +137,7 @@ class TwoDispensers(WaterDispenser):
     def cup_settings(self, faults: CupFaults | None = None, machine: Placement | None = None) -> CupSettings:
         """Geometry of the cup and of what it meets."""
         surfaces, outlets = [], {}
-        for m in MACHINES:
+        for m in self.machines:
             shift, (_, _, tank) = self._shift(m), self._names(m)
             surfaces += [_moved(s, shift) for s in (LAYOUT.tray, LAYOUT.head, LAYOUT.console)]
             outlets[tank] = _moved_region(LAYOUT.catch_region(CupSettings.height), shift)
@@ -151,7 +159,7 @@ class TwoDispensers(WaterDispenser):
     def script(self, rng: np.random.Generator) -> Iterator[ScriptedPiece[DispenserStart]]:
         """Pieces like those of `water_dispenser` at each machine; see there."""
         # Machine by machine in the order of the script's draws; every piece shows one machine at most.
-        pieces = [(m, p) for m in MACHINES for p in script_pieces(rng, point=True)]
+        pieces = [(m, p) for m in self.machines for p in script_pieces(rng, point=True)]
         for m, piece in pieces:
             if m == MACHINES[0] or piece.name not in _SHARED:
                 yield self._moved_piece(piece, m)
@@ -179,7 +187,7 @@ class TwoDispensers(WaterDispenser):
             **GraphScenario.drawings(self),
         }
         x, y, z = LAYOUT.outlet
-        for m in MACHINES:
+        for m in self.machines:
             dy, (power, dispense, tank) = self._shift(m), self._names(m)
             boxes = tuple((b[0], b[1] + dy, b[2], b[3], b[4] + dy, b[5]) for b in LAYOUT.boxes)
             spout = (x, y + dy, z)
@@ -190,7 +198,7 @@ class TwoDispensers(WaterDispenser):
 
     def view(self) -> Camera:
         """Both machines from the front."""
-        middle = 0.5 * self.config.spacing
+        middle = 0.5 * self.config.spacing * (self.config.machines - 1)
         return Camera((-0.9, middle - 0.9, 1.1), (0.6, middle, 0.15), 32.0)
 
     def adjustables(self) -> Sequence[Adjustable]:

@@ -1,5 +1,6 @@
 """Ways around places at which a robot was stopped, and what tells that it was."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +10,7 @@ from small_job import GRAPH, executor, fresh, readings
 from ichain_drake.control.execution.detour import Blocked, Detour, stopped_before
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.tasks import Failed
+from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.settings import LEARNING
@@ -114,3 +116,66 @@ def test_where_there_was_no_way_what_was_in_it_is_found_out_anew(cause: str, kep
     memory.readings, memory.blocked = [readings(world)] * 4, Blocked(np.ones((1, 3)))
     run._failed(memory, Failed(GRAPH.interactions[0], cause, "no way"))
     assert (memory.blocked is not None) == kept
+
+
+def stopped(moved: FloatArray, way: FloatArray, rows: int = LEARNING.ticks, noise: float = 1e-6) -> FloatArray | None:
+    """What is said of a digger that moved so in some ticks and is told to go so far."""
+    model = SimpleNamespace(
+        graph=SimpleNamespace(root="digger", objects={"digger": SPACE}),
+        step_limit={"digger": LIMIT},
+        noise={"digger": np.full(4, noise)},
+    )
+    here = np.array([0.5, 1.0, 3.0, 0.0])
+    readings = [{"digger": here - moved * (rows - 1 - k) / max(rows - 1, 1)} for k in range(rows)]
+    return stopped_before(model, readings, here + way)  # type: ignore[arg-type]
+
+
+FAR, NOTHING = np.array([0.05, 0.3, 0.0, 0.0]), np.zeros(4)
+
+
+def test_it_is_stopped_where_it_is_told_to_go_on_and_does_not() -> None:
+    np.testing.assert_allclose(stopped(NOTHING, FAR), [0.5 + 0.05 / 3, 1.1], err_msg="one step further")
+    np.testing.assert_allclose(stopped(NOTHING, [0.07, 0.0, 0.0, 0.0]), [0.57, 1.0], err_msg="less than a step")  # type: ignore[arg-type]
+    assert stopped(NOTHING, FAR, rows=LEARNING.ticks - 1) is None, "too early to tell"
+    turned = stopped(NOTHING, np.array([0.0, 0.0, 0.8, 0.0]))
+    np.testing.assert_allclose(turned, [0.5, 1.0], err_msg="it may be stopped as it turns")
+    assert stopped(NOTHING, np.array([0.0, 0.0, 0.0, 1.0])) is None, "what jumps is no way"
+
+
+@pytest.mark.parametrize(("share", "gets_on"), [(0.9, False), (1.1, True)])
+def test_how_much_is_getting_on_and_how_much_is_told_to(share: float, gets_on: bool) -> None:
+    least = share * EXECUTION.slack * 0.1
+    assert (stopped(np.array([least, 0.0, 0.0, 0.0]), FAR) is None) is gets_on
+    assert (stopped(np.array([share * LEARNING.surely * 0.01, 0.0, 0.0, 0.0]), FAR, noise=0.01) is None) is gets_on
+    short = share * PLANNING.push * 0.1
+    assert (stopped(NOTHING, np.array([short, 0.0, 0.0, 0.0])) is None) is not gets_on
+    loud = share * LEARNING.surely * 0.05
+    assert (stopped(NOTHING, np.array([loud, 0.0, 0.0, 0.0]), noise=0.05) is None) is not gets_on
+    assert stopped(np.array([0.0, 0.0, 0.0, 1.0]), FAR) is not None, "what jumps does not get anywhere"
+
+
+def test_what_was_met_again_and_again_is_out_of_reach() -> None:
+    assert len(path(wall(1.5, 2.0), again=LEARNING.few))
+    with pytest.raises(UnreachableError, match="stopped on the way there"):
+        path(wall(1.5, 2.0), again=LEARNING.few + 1)
+
+
+def test_corners_are_cut_as_far_as_nothing_is_known_to_be_in_the_way() -> None:
+    detour = Detour(SPACE, LIMIT, Blocked(wall(0.6, 2.0)))
+    corners = detour._around(START[:2], GOAL[:2])
+    np.testing.assert_array_equal([corners[0], corners[-1]], [START[:2], GOAL[:2]])
+    for a, b in pairwise(corners):
+        assert detour._clear(a, b)
+    for a, b in pairwise(corners[::2]):
+        assert not detour._clear(a, b), "none of them is needless"
+    length = sum(np.max(np.abs(b - a)) for a, b in pairwise(corners))
+    assert 1.0 <= length < 1.35
+
+
+def test_a_place_is_hit_within_so_many_steps_of_it_along_every_axis() -> None:
+    detour = Detour(SPACE, LIMIT, Blocked(np.array([[1.0, 1.0], [0.3, 0.3]])))
+    places_ = np.array([[1.04, 1.0], [1.06, 1.0], [1.04, 1.06], [0.3, 0.26], [0.95, 0.95]])
+    assert detour._hits(places_, 0.5).tolist() == [True, False, False, True, False]
+    assert detour._hits(places_, 1.0).tolist() == [True] * 5
+    assert detour._clear(np.array([1.0, 1.0]), np.array([1.2, 1.0])) is False, "from where it stands, half a step on"
+    assert detour._clear(np.array([1.11, 1.0]), np.array([1.5, 1.0])) is True

@@ -81,3 +81,19 @@ def test_what_was_seen_last_holds_until_something_else_is_seen() -> None:
     assert held.taken("thing", np.array([0.7, 0.5])) is held
     assert held.watched(False).following == ""
     assert held.let_go(np.array([0.0, 1.0])).following == held.slipped().following == ""
+
+
+def test_a_parent_that_goes_to_and_fro_tells_by_the_last_way_that_is_clear() -> None:
+    """Over two ticks it has not moved at all; over three it has."""
+    to_and_fro = [0.0, 0.0, 0.03, 0.0, 0.03]
+    assert goes_along(model(), EDGE, readings(to_and_fro, to_and_fro)) is True
+    assert goes_along(model(), EDGE, readings(to_and_fro, [0.0] * 5)) is False
+
+
+def test_what_moved_a_while_ago_strays_too_but_a_single_tick_tells_nothing() -> None:
+    fallen = readings([0.0] * 6, [0.0, 0.2, 0.2, 0.2, 0.2, 0.2])
+    assert strays(model(), EDGE, fallen)
+    assert not strays(model(), EDGE, fallen, 3), "that is longer ago than it was asked for"
+    last = readings([0.0] * 6, [0.0, 0.0, 0.0, 0.0, 0.0, 0.2])
+    assert strays(model(), EDGE, last, 2)
+    assert not strays(model(), EDGE, last, 1)

@@ -131,3 +131,47 @@ def test_whether_a_thing_comes_along_is_tried_for_some_ticks_with_what_the_plan_
     assert all(np.array_equal(a, far) for a in answers[:-1])
     assert (answers[-1], task.followed) == (None, False), "no longer than that"
     assert tried(still, still, Onward(None))[0] == [None]
+
+
+class NoWay:
+    """A motion that finds no way the first few times."""
+
+    def __init__(self, times: int) -> None:
+        self.times, self.asked = times, 0
+
+    def path(self, now: np.ndarray, goal: np.ndarray, held: str | None = None, left: object = None) -> np.ndarray:
+        self.asked += 1
+        if self.asked <= self.times:
+            raise UnreachableError("there is a wall")
+        return np.array([goal])
+
+    def __deepcopy__(self, memo: object) -> NoWay:
+        return self
+
+
+def test_where_the_robot_does_not_get_to_one_event_another_is_tried() -> None:
+    paths, wall = Paths(), NoWay(2)
+    answer, _ = run(Switch(DIM, activate=True), paths, FREE + [0.5, 0.0, 0.0], motion=wall, attempts=4)
+    assert answer == DONE
+    assert [n for _, n in paths.asked] == [0, 1, 2]
+    with pytest.raises(UnreachableError, match="wall"):
+        run(Switch(DIM, activate=True), Paths(), FREE + [0.5, 0.0, 0.0], motion=NoWay(9), attempts=3)
+
+
+def test_only_the_way_to_where_it_begins_is_laid_out_and_what_was_shown_is_gone_as_it_was() -> None:
+    task, paths, free = Switch(DIM, activate=True), Paths(), NoWay(0)
+    assert not task.travels
+    command = FREE + [0.5, 0.0, 0.0]
+    seen = []
+    for _ in range(6):
+        answer = task.act(View(lamp(), paths, [{**LAMP_START, "robot": command}], command, motion=free))  # type: ignore[arg-type]
+        seen.append((task.travels, free.asked))
+        if not isinstance(answer, np.ndarray):
+            break
+        command = answer
+    assert seen[0] == (False, 1), "in one step it is there"
+    assert all(asked == 1 for _, asked in seen)
+    letting_go = Switch(DIM, activate=False, forced=True)
+    letting_go.act(View(lamp(), paths, [{**LAMP_START, "robot": HELD}], HELD, motion=free))  # type: ignore[arg-type]
+    assert free.asked == 1, "where it is it is"
+    assert not letting_go.far

@@ -109,3 +109,34 @@ def test_an_object_is_brought_beside_the_other_end_of_an_interaction_that_looks_
     model = tap()
     (found,) = find_enabling(model, find_carries(model)[0])
     assert (found.edge, found.anchor) == (FALL, "tank")
+
+
+def test_an_object_enables_what_needs_it_at_the_place_where_that_is_surest() -> None:
+    """Water falls into a cup where it stands under the tank; the tap asks nothing of the cup."""
+    model = tap()
+    (carry,) = find_carries(model)
+    found = {e.edge: e for e in find_enabling(model, carry)}
+    assert set(found) == {FALL}, "only what its place may matter to"
+    enabling = found[FALL]
+    np.testing.assert_allclose(enabling.place, [1.0])
+    assert (enabling.anchor, enabling.carry) == (None, carry)
+    frames = Frames(model)
+    nodes = [{**TAP_START, "cup": np.array([x, 0.1])} for x in (0.2, 1.0, 1.04, 1.06)]
+    assert enabling.missing(model, frames, nodes).tolist() == [True, False, False, True]
+    np.testing.assert_allclose(enabling.place_in(frames, nodes[0]), [1.0])
+    model.gates[FALL] = lambda s: np.full(len(s["cup"]), -1.0)
+    assert find_enabling(model, carry) == (), "where it was never active nothing is known"
+
+
+def test_an_interaction_is_impossible_where_it_is_in_half_of_what_was_shown() -> None:
+    model = tap()
+    (carry,) = find_carries(model)
+    (enabling,) = find_enabling(model, carry)
+    count = len(enabling.samples["cup"])
+    nodes = [{**TAP_START, "cup": np.array([1.0, 0.1])}]
+    tank = enabling.samples["tank"][:, 0]
+    assert len(set(tank)) == count == 2
+    model.gates[FALL] = lambda s: np.where(s["tank"][:, 0] == tank[0], 1.0, -1.0)
+    assert enabling.missing(model, Frames(model), nodes).tolist() == [True]
+    model.gates[FALL] = lambda s: np.ones(len(s["cup"]))
+    assert enabling.missing(model, Frames(model), nodes).tolist() == [False]

@@ -60,3 +60,24 @@ def test_only_drives_of_the_variable_in_the_direction_that_was_needed_are_told_l
     ]
     nearest.tried = {}
     assert failure_tree(nearest)[1:] == ("  nothing drives it up",)
+
+
+def test_what_could_never_begin_is_told_beside_the_conditions_it_says_nothing_of():
+    model = lamp()
+    goal = parse_goal(["lamp.light >= 0.99"], model, LAMP_START)
+    nearest = Nearest(model, goal, LAMP_START)
+    light = model.graph.objects["lamp"].observable.index("light")
+    to_lamp = model.graph.incoming("lamp")[0]
+    first = model.graph.incoming(to_lamp.parent)[0]
+    nearest.tried = {
+        ((first, to_lamp), light, 1): Tried(1, 0.9, 0.5, None),
+        ((first,), 0, 1): Tried(2, 0.01, None, first),
+        ((first,), 0, -1): Tried(2, 0.8, 0.1, None),
+    }
+    nearest.closest = [0.4]
+    assert failure_tree(nearest)[-2:] == (
+        "beside these never began:",
+        f"  {first.name}: tried 2 times, never began, probability at best 0.01; at best {first.name} was inactive",
+    )
+    nearest.closest = [0.0]
+    assert len(failure_tree(nearest)) == 3, "what is met needs nothing, but is told of all that could not begin"

@@ -56,3 +56,9 @@ def test_no_plan_says_where_and_why() -> None:
     c = Condition("cup", "x", 0.0, 1.0)
     assert format_plan(NoPlan(c, 0.0, FALL, "too far"), GRAPH) == "no plan (at tank->cup): too far"
     assert format_plan(NoPlan(c, 0.0, None, "too far"), GRAPH) == "no plan: too far"
+
+
+def test_of_what_nothing_was_predicted_or_is_known_no_change_is_written() -> None:
+    step = PlanStep((TAKE,), {("cup", "x"): 1.0}, predicted={"cup": PLACED["cup"]}, ticks=6)
+    for start, change in ((TAP_START, ": cup.x 0.2 -> 1 m"), ({"tank": TAP_START["tank"]}, "")):
+        assert format_plan(Plan((step,), 6), GRAPH, start).splitlines()[2] == f"   6 ticks, until 2 s{change}"

@@ -104,3 +104,71 @@ def test_only_what_can_be_brought_somewhere_is_held_beside_it(followed, anchor):
     carry = SimpleNamespace(follow=np.array(followed))
     chain = (Interaction("robot", "jug"), Interaction("jug", "stove"))
     assert options._anchor(Frames(learned), chain, carry) == anchor
+
+
+def room(*, heading=True, rows=0, frame="room"):
+    """A hand, a jug and a stove that are all seen in one frame, or the jug in another; all may turn."""
+    turn = (Variable("turn", "rad", -np.pi, np.pi, "angle", Role("orientation", frame, "z")),) if heading else ()
+    spaces = {
+        "hand": StateSpace("hand", place("room")),
+        "jug": StateSpace("jug", place(frame, *turn)),
+        "stove": StateSpace(
+            "stove", place("room", Variable("turn", "rad", kind="angle", role=Role("orientation", "room", "z")))
+        ),
+    }
+    graph = InteractionGraph(spaces, ["hand->jug", "jug->stove"])
+    p, c = (next(iter(position_groups(spaces[n]))) for n in ("jug", "stove"))
+    two = Alignment(p, c, (), np.eye(2), np.zeros((2, 0)), np.zeros(2), rows, 0.0) if rows or frame != "room" else None
+    edges = {
+        Interaction("hand", "jug"): SimpleNamespace(alignment=None, relative=True),
+        Interaction("jug", "stove"): SimpleNamespace(alignment=two, relative=True),
+    }
+    return Frames(SimpleNamespace(graph=graph, edges=edges))
+
+
+JUG, STOVE, TURNED = np.array([2.0, 1.0, 0.3]), np.array([1.0, 1.0, 0.2]), np.array([5.0, 5.0, 0.2 + 0.5])
+
+
+def test_what_stands_beside_a_thing_that_turned_turns_with_it():
+    c, s = np.cos(0.5), np.sin(0.5)
+    found = room().along("jug", JUG, "stove", STOVE, TURNED)
+    np.testing.assert_allclose(found, [5.0 + c, 5.0 + s, 0.8])
+    over = room().along("jug", JUG, "stove", STOVE, np.array([5.0, 5.0, 0.2 + 3.0]))
+    np.testing.assert_allclose(over[2], 3.3 - 2 * np.pi)
+    plain = room(heading=False).along("jug", JUG[:2], "stove", STOVE, TURNED)
+    np.testing.assert_allclose(plain, [5.0 + c, 5.0 + s])
+    many = room().along("jug", np.tile(JUG, (3, 1)), "stove", STOVE, np.array([TURNED, STOVE, TURNED]))
+    np.testing.assert_allclose(many, [found, JUG, found])
+    np.testing.assert_array_equal(JUG, [2.0, 1.0, 0.3], "what is handed in stays")
+
+
+@pytest.mark.parametrize("how", [{"rows": 20}, {"frame": "other"}])
+def test_what_goes_along_as_it_is_held_or_is_seen_elsewhere_is_shifted_alone(how):
+    found = room(**how).along("jug", JUG, "stove", STOVE, TURNED)
+    np.testing.assert_allclose(found, [6.0, 5.0, 0.3])
+
+
+def test_what_sways_as_the_robot_turns_reaches_a_little_further():
+    learned = model()
+    edge = Interaction("robot", "jug")
+    held = learned.edges[edge].alignment
+    sway = np.array([[0.3, -0.1], [0.0, 0.2]])
+    learned.edges[edge].alignment = Alignment(held.parent, held.child, (0,), held.turn, sway, held.shift, 20, 0.0)
+    low, high = Frames(learned).reach("jug")
+    np.testing.assert_allclose(low[:2], [-0.9 - 0.4, -1.0 - 0.2])
+    np.testing.assert_allclose(high[:2], [1.1 + 0.4, 1.0 + 0.2])
+    bounds = learned.graph.objects["robot"].variables
+    open_ = StateSpace("robot", (Variable("x", "m", role=bounds[0].role), bounds[1]))
+    graph = InteractionGraph({**learned.graph.objects, "robot": open_}, [e.name for e in learned.graph.interactions])
+    assert Frames(SimpleNamespace(graph=graph, edges=learned.edges)).reach("jug") is None, "without an end"
+
+
+def test_what_says_where_an_object_is_and_what_its_places_are_relative_to():
+    frames = Frames(model())
+    assert frames.has_place("jug", [0, 2])
+    assert not frames.has_place("jug", [2])
+    assert not frames.has_place("jug", [])
+    assert frames.anchors("stove") == ("jug",), "the robot is none"
+    assert frames.goes_with(Interaction("jug", "stove"))
+    assert not Frames(model(relative=False)).goes_with(Interaction("jug", "stove"))
+    assert not Frames(model(relative=False)).is_relative(Interaction("jug", "stove"))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ichain_drake.control.planning.holding import can_hold, hold_probability, taken_as
+from ichain_drake.control.planning.holding import can_hold, hold_margin, hold_probability, taken_as
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.rules import without
@@ -14,9 +14,10 @@ from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 HOLD = Interaction("robot", "ball")
 RAIL = StateSpace("thing", (Variable("x", "m", role=Role("position", "rail", "x")),))
+SHORT = StateSpace("thing", (Variable("x", "m", lower=-1.0, upper=1.0, role=Role("position", "rail", "x")),))
 
 
-def model(*, relative: bool = True) -> Any:
+def model(*, relative: bool = True, robot: StateSpace = RAIL) -> Any:
     """A robot holds a ball within 10 cm of it, the more surely the nearer; beyond 2 m a wall is in the way."""
 
     def decide(edge: Interaction, states: dict[str, FloatArray]) -> FloatArray:
@@ -26,7 +27,7 @@ def model(*, relative: bool = True) -> Any:
     shown = {"robot": np.array([[0.05], [0.01], [0.3], [-0.08]]), "ball": np.zeros((4, 1))}
     learned = SimpleNamespace(examples=SimpleNamespace(active=shown), alignment=None, relative=relative)
     return SimpleNamespace(
-        graph=InteractionGraph({"robot": RAIL, "ball": RAIL}, ["robot->ball"]),
+        graph=InteractionGraph({"robot": robot, "ball": RAIL}, ["robot->ball"]),
         edges={HOLD: learned},
         decide=decide,
         probability=lambda edge, states: np.clip(5.0 * decide(edge, states) + 0.5, 0.0, 1.0),
@@ -59,3 +60,10 @@ def test_an_object_is_taken_as_it_was_from_where_it_is_now() -> None:
     motion: Any = SimpleNamespace(edge=HOLD, robot=np.array([[0.0], [0.05]]), child=np.array([[9.0], [0.0]]))
     np.testing.assert_allclose(taken_as(model(), motion, 1, np.array([0.7])), [0.75])
     np.testing.assert_array_equal(taken_as(model(relative=False), motion, 1, np.array([0.7])), [0.05])
+
+
+def test_beyond_its_bounds_the_robot_takes_nothing() -> None:
+    """A grasp goes along with the object, but the robot not beyond what is declared of it."""
+    np.testing.assert_allclose(hold_probability(model(robot=SHORT), HOLD, at(0.9, 1.05, 1.3)), [0.95, 0.75, 0.0])
+    assert hold_margin(model(robot=SHORT), HOLD, at(1.3)[0]) == pytest.approx(0.1 - 0.3)
+    assert hold_margin(model(relative=False), HOLD, at(1.3)[0]) == 0.0

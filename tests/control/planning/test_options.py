@@ -2,13 +2,28 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pytest
+from toy_models import tap
 
 from ichain_drake.control.planning.carries import CarryOption, find_carries
 from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.frames import Frames
-from ichain_drake.control.planning.options import _quiet_row, _shown, _unseen, find_drives
+from ichain_drake.control.planning.options import (
+    _brimful,
+    _in_context,
+    _joint_samples,
+    _probe,
+    _quiet_row,
+    _shown,
+    _subsumed,
+    _unseen,
+    chains,
+    find_drives,
+)
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.rules import without
 from ichain_drake.state import Role, StateSpace, Variable
@@ -210,3 +225,115 @@ def test_how_near_a_quiet_pose_is_counts_by_the_range_of_each_variable() -> None
     batch = {"cup": poses, "robot": np.zeros((3, 1))}
     with without(["unseen"]):
         assert _quiet_row(seen, known, batch, np.array([False, True, True]), 0) == 2  # type: ignore[arg-type]
+
+
+TAKE, PRESS, RUN, FALL = (
+    Interaction(*e) for e in (("robot", "cup"), ("robot", "tap"), ("tap", "tank"), ("tank", "cup"))
+)
+
+
+def test_all_chains_from_the_robot_on_are_found_short_ones_first() -> None:
+    model: Any = tap()
+    found = chains(model)
+    assert [len(c) for c in found] == [1, 1, 2, 3]
+    assert set(found) == {(TAKE,), (PRESS,), (PRESS, RUN), (PRESS, RUN, FALL)}
+
+
+def test_a_chain_is_driven_from_states_in_which_all_of_it_is_active() -> None:
+    model: Any = tap()
+    joint = _joint_samples(model, (PRESS, RUN, FALL))
+    on = [model.decide(e, joint) >= 0 for e in (PRESS, RUN, FALL)]
+    assert len(joint["cup"]) > 0
+    assert np.all(on)
+    every = {n: np.concatenate([model.edges[e].examples.active[n] for e in (PRESS, RUN, FALL)]) for n in joint}
+    active = np.all([model.decide(e, every) >= 0 for e in (PRESS, RUN, FALL)], axis=0)
+    for name, rows in joint.items():
+        np.testing.assert_array_equal(rows, every[name][active])
+    many = model.edges[PRESS].examples
+    many.active = {n: np.concatenate([v[:1]] * (3 * PLANNING.poses)) for n, v in many.active.items()}
+    many.active["tank"][:, 0] = np.linspace(0.0, 1.0, 3 * PLANNING.poses)
+    few = _joint_samples(model, (PRESS,))["tank"][:, 0]
+    assert len(few) == PLANNING.poses
+    np.testing.assert_allclose(few, np.linspace(0.0, 1.0, PLANNING.poses), atol=0.02)
+
+
+def test_what_changes_over_some_ticks_with_the_robot_held_is_predicted() -> None:
+    """Water falls by .04 a tick; the cup stands under the tap in the first, and beside it in the second."""
+    model: Any = tap()
+    one = {"robot": [2.0, 0.0], "tap": [1.0], "tank": [0.8, 0.0], "cup": [1.0, 0.1]}
+    batch = {n: np.array([v, v]) for n, v in one.items()}
+    batch["cup"][1, 0] = 0.0
+    change = _probe(model, batch, 5)
+    np.testing.assert_allclose(change["tank"][:, 0], -0.2)
+    np.testing.assert_allclose(change["cup"][:, 1], [0.2, 0.0])
+    np.testing.assert_allclose(change["cup"][:, 0], 0.0)
+    np.testing.assert_array_equal(batch["tank"][:, 0], 0.8, "what is handed in stays")
+    long = _probe(model, batch, 40)
+    np.testing.assert_allclose(long["tank"][:, 0], -0.8, atol=0.04, err_msg="until it is empty")
+
+
+def test_a_drive_says_how_fast_it_is_and_from_where() -> None:
+    model: Any = tap()
+    found = {d.chain[-1]: d for d in find_drives(model, find_carries(model))}
+    assert set(found) == {RUN, FALL}
+    fill, drain = found[FALL], found[RUN]
+    assert (fill.variable, fill.direction, drain.variable, drain.direction) == (1, 1, 0, -1)
+    assert fill.rate == pytest.approx(0.04)
+    assert drain.rate == pytest.approx(0.04)
+    for drive in (fill, drain):
+        assert drive.carry is None
+        assert abs(drive.hold["robot"][0] - 2.0) < 0.05
+        np.testing.assert_array_equal(drive.before["robot"], drive.hold["robot"])
+        assert all(model.decide(e, drive.hold) >= 0 for e in drive.chain)
+
+
+def test_what_a_longer_chain_says_of_a_carried_object_is_not_said_by_a_shorter_one() -> None:
+    model: Any = tap()
+    (carry,) = find_carries(model)
+    under = {
+        "robot": np.array([1.0, 1.0]),
+        "tap": np.zeros(1),
+        "tank": np.array([0.8, 0.0]),
+        "cup": np.array([1.0, 0.1]),
+    }
+    beside_ = {**under, "cup": np.array([0.2, 0.1])}
+    pour = Interaction("cup", "pot")
+    model.decide = lambda e, states: 0.1 - np.abs(states["cup"][..., 0] - 1.0)
+    short, long = (DriveOption(c, 1, 1, 0.1, carry, under, under) for c in ((TAKE,), (TAKE, pour)))
+    assert _subsumed(model, short, [short, long])
+    assert not _subsumed(model, short, [short])
+    assert not _subsumed(model, long, [short, long])
+    assert not _subsumed(model, replace(short, hold=beside_), [short, long]), "where that is not active"
+    assert not _subsumed(model, replace(short, carry=None), [short, long])
+    with without(["subsumed"]):
+        assert not _subsumed(model, short, [short, long])
+
+
+def test_a_drive_must_not_begin_before_it_is_meant_to_however_full_what_is_carried_is() -> None:
+    model: Any = tap()
+    (carry,) = find_carries(model)
+    model.high["cup"][1] = 0.9
+    batch = {"cup": np.array([[0.3, 0.1], [0.5, 0.2]]), "tank": np.array([[0.8, 0.0]] * 2)}
+    full = _brimful(model, carry, batch)
+    np.testing.assert_allclose(full["cup"], [[0.3, 0.9], [0.5, 0.9]])
+    np.testing.assert_array_equal(full["tank"], batch["tank"])
+    np.testing.assert_allclose(batch["cup"][:, 1], [0.1, 0.2])
+    with without(["brimful"]):
+        assert _brimful(model, carry, batch) is batch
+
+
+def test_samples_are_compared_in_the_surroundings_of_one_of_them() -> None:
+    model: Any = tap()
+    (carry,) = find_carries(model)
+    batch = {
+        "robot": np.array([[1.9, 0.0], [2.1, 1.0]]), "tap": np.array([[0.1], [0.2]]),
+        "tank": np.array([[0.3, 0.0], [0.4, 0.1]]), "cup": np.array([[0.5, 0.6], [0.7, 0.8]]),
+    }  # fmt: skip
+    out = _in_context(model, Frames(model), (PRESS, RUN), None, batch, 1, None)
+    np.testing.assert_array_equal(out["robot"], batch["robot"])
+    np.testing.assert_array_equal(out["tap"], batch["tap"], "the first object is as it was in each")
+    np.testing.assert_array_equal(out["tank"], [[0.4, 0.1]] * 2)
+    np.testing.assert_array_equal(out["cup"], [[0.7, 0.8]] * 2)
+    held = _in_context(model, Frames(model), (TAKE,), carry, batch, 0, None)
+    np.testing.assert_array_equal(held["cup"], [[0.5, 0.6], [0.7, 0.6]], "where it is carried, not what is in it")
+    np.testing.assert_array_equal(held["tank"], [[0.3, 0.0]] * 2)

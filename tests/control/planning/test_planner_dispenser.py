@@ -73,3 +73,17 @@ def test_more_water_than_there_is_and_colder_than_anything_are_refused(model: In
         assert isinstance(found, NoPlan)
         assert found.edge is not None
         assert found.edge.name == edge
+
+
+@pytest.mark.parametrize(("x", "planned"), [(0.79, True), (0.84, False)])
+def test_a_cup_is_poured_from_where_the_hand_gets_to_it_alone(
+    model: InteractionModel, start: States, x: float, planned: bool
+) -> None:
+    """The hand's bounds end at x = 0.8 m, wherever grasps were shown."""
+    there = start["cup"].copy()
+    there[:3] = WaterDispenser(physics="ideal", seed=0).camera().from_robot(np.array([x, -0.2, 0.1]))
+    now = start | {"cup": there}
+    found = GraphPlanner(model).plan(now, parse_goal(["tank.amount >= 0.3"], model, now))
+    assert isinstance(found, Plan) == planned
+    if isinstance(found, NoPlan):
+        assert any("at best hand->cup was inactive" in line for line in found.tree)

@@ -1,12 +1,14 @@
 """Where the robot has to be for what it carries to be somewhere: exact for a rigid body on a lever."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from ichain_drake.control.planning.slope import led
+from ichain_drake.control.planning.slope import independent, least_motion, led, slope
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray, StateSpace, Variable
 
 EDGE = Interaction("hand", "cup")
@@ -85,3 +87,55 @@ def test_what_can_not_be_reached_is_gone_for_as_long_as_that_comes_nearer() -> N
     np.testing.assert_allclose(goal, [0.9], rtol=1e-3)  # 6.57 of 9; the next step would be to 2.2
     reached = led(model, edge, start, np.array([6.0]), np.array([0.1]))[0]  # type: ignore[arg-type]
     np.testing.assert_allclose(10.0 * (reached - reached**3 / 3), [6.0], rtol=1e-2)
+
+
+def shown(rows: list[dict[str, list[float]]]) -> SimpleNamespace:
+    """The same with these states shown."""
+    active = {n: np.array([r[n] for r in rows]).reshape(-1, 3) for n in ("hand", "cup")}
+    edge = SimpleNamespace(active_step=np.ones(3), examples=SimpleNamespace(active=active))
+    return SimpleNamespace(graph=MODEL.graph, step_limit=MODEL.step_limit, effect=_rigid, edges={EDGE: edge})
+
+
+def test_what_one_motion_changes_together_can_not_be_changed_one_by_one() -> None:
+    held = {n: v.tolist() for n, v in START.items()}
+    free: Any = shown([held])
+    assert independent(free, EDGE, [0, 1, 2])
+    assert independent(shown([]), EDGE, [0, 1, 2]), "of what was never shown nothing is known"  # type: ignore[arg-type]
+    slide: Any = shown([held])
+    slide.effect = lambda edge, states, after: (after - states["hand"])[..., [0, 0, 2]] * [1.0, 3.0, 1.0]
+    assert not independent(slide, EDGE, [0, 1])
+    assert not independent(slide, EDGE, [0, 1, 2])
+    assert independent(slide, EDGE, [0, 2])
+    assert independent(slide, EDGE, [1])
+    small: Any = shown([held])
+    small.effect = lambda edge, states, after: (after - states["hand"]) * [1.0, 1e-6, 1.0]
+    assert independent(small, EDGE, [0, 1]), "whatever it is measured in"
+
+
+def test_it_is_asked_of_a_state_in_the_middle_of_what_was_shown() -> None:
+    """At either end the slide is stuck."""
+    rows = [{"hand": [x, 0.0, 0.0], "cup": [0.0, 0.0, 0.0]} for x in (0.0, 1.0, 2.0)]
+    stuck: Any = shown(rows)
+    stuck.effect = lambda edge, states, after: (after - states["hand"]) * (states["hand"][..., :1] == 1.0)
+    assert independent(stuck, EDGE, [0, 1])
+
+
+@pytest.mark.parametrize("shown_step", [1.0, 0.0])
+def test_pushes_are_as_large_as_a_step_and_small_where_no_step_was_shown(shown_step: float) -> None:
+    jaw = StateSpace("hand", (*_SPACE.variables[:2], Variable("jaw", kind="binary", lower=0.0, upper=1.0)))
+    model: Any = SimpleNamespace(
+        graph=InteractionGraph({"hand": jaw, "cup": _SPACE}, ["hand->cup"]),
+        step_limit={"hand": np.array([0.04, 0.02, 1.0])},
+        effect=lambda edge, states, after: 2.0 * (after - states["hand"]) + 0.5,
+        edges={EDGE: SimpleNamespace(active_step=np.array([shown_step, 1.0, 1.0]))},
+    )
+    size, by_push = slope(model, EDGE, START)
+    first = 0.04 if shown_step else 0.04 * LEARNING.near
+    np.testing.assert_allclose(size, [first, 0.02, 0.0])
+    np.testing.assert_allclose(by_push, np.diag([2.0 * first, 0.04, 0.0]), atol=1e-12)
+
+
+def test_the_least_motion_is_the_shortest_that_makes_the_change() -> None:
+    by_push = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 1e-6]])
+    np.testing.assert_allclose(least_motion(by_push, np.array([2.0, 0.0])), [1.0, 1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(least_motion(by_push, np.array([2.0, 1.0])), [1.0, 1.0, 0.0], atol=1e-12)

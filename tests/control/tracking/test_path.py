@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from ichain_drake.control.tracking.path import (
     PathLimits,
     TimedPath,
+    _mean_curvature,
     check_points,
     paper_path_error,
     path_error,
@@ -188,3 +189,36 @@ def test_many_followers_advance_as_each_does() -> None:
     positions = path.points[progress] + rng.normal(0.0, 20.0, (200, 2))
     alone = [path.advance(p, int(k), 2.0) for p, k in zip(positions, progress, strict=True)]
     np.testing.assert_array_equal(path.advance_rows(positions, progress, 2.0), alone)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_curvature_is_a_mean_over_neighbours_point_by_point(seed: int) -> None:
+    """Over fewer near the ends, which turn as the points beside them do."""
+    rng = np.random.default_rng(seed)
+    points = np.cumsum(rng.normal(size=(12, 2)), axis=0)
+    ways = np.diff(points, axis=0)
+    turns = [np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b) / 0.5 for a, b in zip(ways[:-1], ways[1:], strict=True)]
+    turns = [turns[0], *turns, turns[-1]]
+    for half in (1, 3, 50):
+        expected = [np.mean(turns[max(0, k - half) : k + half + 1]) for k in range(12)]
+        np.testing.assert_allclose(_mean_curvature(points, 0.5, half), expected)
+
+
+def test_beyond_its_end_it_goes_on_in_its_last_direction_at_its_last_speed() -> None:
+    path = TimedPath(np.array([[0.0, 0.0], [200.0, 0.0], [200.0, 150.0], [40.0, 270.0]]), LIMITS)
+    end, last = path.time[-1], path.speed[-1]
+    np.testing.assert_allclose(path.at_time(end), [40.0, 270.0], atol=1e-9)
+    np.testing.assert_allclose(path.at_time(end + 2.0), [40.0 - 2.0 * last * 0.8, 270.0 + 2.0 * last * 0.6], atol=1e-6)
+    assert path.direction[1] == pytest.approx(0.0)
+    assert path.direction[-1] == pytest.approx(np.arctan2(0.6, -0.8))
+    moved = path.shifted(np.array([5.0, -3.0]))
+    np.testing.assert_allclose(moved.at_time(np.array([0.0, 1.0])), path.at_time(np.array([0.0, 1.0])) + [5.0, -3.0])
+    np.testing.assert_array_equal(path.points[0], [0.0, 0.0], "it stays where it is")
+
+
+def test_at_a_time_it_is_between_its_points() -> None:
+    path = TimedPath(circle(30.0), LIMITS)
+    middle = 0.5 * (path.time[7] + path.time[8])
+    np.testing.assert_allclose(path.at_time(middle), 0.5 * (path.points[7] + path.points[8]))
+    steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
+    np.testing.assert_allclose(np.diff(path.time), steps / (0.5 * (path.speed[1:] + path.speed[:-1])), rtol=1e-3)

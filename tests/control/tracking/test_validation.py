@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from ichain_drake.control.settings import TRACKING
-from ichain_drake.control.tracking.path import PathLimits
-from ichain_drake.control.tracking.validation import make_cases
+from ichain_drake.control.tracking import validation
+from ichain_drake.control.tracking.path import PathLimits, TimedPath
+from ichain_drake.control.tracking.validation import ValidationCase, make_cases, validation_error
 from ichain_drake.errors import InputError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
+from ichain_drake.timing import TICK
 
 TICKS, HALF = 20, TRACKING.smoothing // 2
 LIMITS = PathLimits(speed=30.0)
@@ -64,3 +66,108 @@ def test_where_it_stood_still_there_is_no_path() -> None:
     )
     with pytest.raises(InputError, match="it hardly moves or turns too sharply for 30 a second"):
         make_cases(chain(slow), LIMITS, 99, TICKS, 0)
+
+
+def straight(y: float = 0.0, speed: float = 30.0) -> ValidationCase:
+    limits = PathLimits(speed=speed, corridor=10.0)
+    return ValidationCase(TimedPath(np.array([[0.0, y], [200.0, y]]), limits), np.array([0.0, 0.0, y, 0.0]))
+
+
+class Follower:
+    """A world in which a car is wherever its hand is told to be, but for what is wrong with each of several runs."""
+
+    lookahead, memory_size = 3, 1
+
+    def __init__(self, *off: float, speed: float = 1.0) -> None:
+        self.off, self.speed = np.array(off), speed
+        self.seen: list[tuple[list[FloatArray], FloatArray, FloatArray]] = []
+        self.ticks: list[tuple[dict[str, FloatArray], dict[str, FloatArray], dict[Any, FloatArray]]] = []
+
+    def decide(self, states: list[FloatArray], wanted: FloatArray, memory: FloatArray) -> Any:
+        self.seen.append(([s.copy() for s in states], wanted, memory))
+        return wanted[:, 0], memory + 1.0, None
+
+    def tick(self, states: dict[str, FloatArray], command: FloatArray, *, normal: Any, scale: Any) -> Any:
+        self.ticks.append((states, normal, scale))
+        car = states["car"].copy()
+        goal = np.column_stack([command[:, 0], command[:, 1] + self.off])
+        car[:, 1] += self.speed * (goal[:, 0] - car[:, 1])
+        car[:, 2] = goal[:, 1]
+        return {"hand": np.column_stack([car[:, 0], command, car[:, 3]]), "car": car}
+
+
+def judged(world: Follower, cases: list[ValidationCase], monkeypatch: pytest.MonkeyPatch, seed: int = 0) -> float:
+    made = chain()
+    edge = made.graph.interactions[0]
+    lower, upper = np.array([0.0, -4.0, 0.0, 0.0]), np.array([2.0, 0.0, 0.0, 1.0])
+    made.links = [
+        SimpleNamespace(
+            interaction=edge, forward=SimpleNamespace(model="model", residual_std="spread"),
+            parent_lower=lower, parent_upper=upper, child_scale=np.array([9.0, 0.3, 0.4, 9.0]),
+        )
+    ]  # fmt: skip
+    asked: list[Any] = []
+    monkeypatch.setattr(validation, "LearnedGraphReference", lambda graph, models: asked.append(models) or world)
+    error = validation_error(made, world, cases, seed)  # type: ignore[arg-type]
+    assert asked == [{edge: "model"}]
+    assert all(scale == {edge: "spread"} for _, _, scale in world.ticks)
+    return error
+
+
+def test_a_follower_is_judged_by_how_far_it_is_off_from_its_first_tick_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All that it is off is to the side; where it starts is nobody's mistake."""
+    for off in (0.0, 2.0):
+        assert judged(Follower(off), [straight()], monkeypatch) == pytest.approx(off, abs=0.3)
+    two = judged(Follower(1.0, -2.0, 3.0, 4.0), [straight(y) for y in (0.0, 10.0, 20.0, 30.0)], monkeypatch)
+    assert two == pytest.approx(2.0, abs=0.1), "of four the better three"
+
+
+def test_a_run_is_lost_where_it_is_many_usual_steps_off_and_more_than_some_must_not_be(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    most = TRACKING.lost * 0.5  # a usual step is 0.3 by 0.4
+    assert judged(Follower(0.95 * most), [straight()], monkeypatch) == pytest.approx(0.95 * most, abs=0.1)
+    assert judged(Follower(1.05 * most), [straight()], monkeypatch) == np.inf
+    cases = [straight(y) for y in (0.0, 50.0, 100.0, 150.0)]
+    assert judged(Follower(1.0, 1.0, 1.0, 99.0), cases, monkeypatch) == pytest.approx(1.0, abs=0.1)
+    assert judged(Follower(1.0, 1.0, 99.0, 99.0), cases, monkeypatch) == np.inf
+    assert judged(Follower(np.nan), [straight()], monkeypatch) == np.inf
+
+
+def test_who_takes_much_longer_than_the_path_has_not_followed_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = straight()
+    longest = int(np.ceil((1.0 + TRACKING.band) * case.path.time[-1] / TICK))
+    quick = Follower(0.0)
+    assert judged(quick, [case], monkeypatch) < np.inf
+    assert len(quick.ticks) == pytest.approx(case.path.time[-1] / TICK, abs=2.0), "it ends where the path does"
+    slow = Follower(0.0, speed=0.4)
+    assert judged(slow, [case], monkeypatch) == np.inf
+    assert len(slow.ticks) == longest
+    late = judged(Follower(0.0, 0.0, speed=0.9), [case, straight(speed=12.0)], monkeypatch)
+    assert late < np.inf, "each has its own time, and all that of the slowest path"
+
+
+def test_a_policy_is_asked_with_where_all_are_and_what_is_wanted_in_the_coming_ticks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    world, case = Follower(0.0, 0.0), straight()
+    judged(world, [case, straight(40.0)], monkeypatch)
+    (hand, car), wanted, memory = world.seen[0]
+    np.testing.assert_array_equal(hand, [[1.0, -2.0, 0.0, 0.5]] * 2)
+    np.testing.assert_array_equal(car, [[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 40.0, 0.0]])
+    np.testing.assert_allclose(wanted[0], case.path.at_time(TICK * np.array([1.0, 2.0, 3.0])))
+    np.testing.assert_allclose(wanted[1, :, 1], 40.0)
+    assert not memory.any()
+    assert [m.tolist() for _, _, m in world.seen[1:3]] == [[[1.0], [1.0]], [[2.0], [2.0]]]
+    np.testing.assert_allclose(world.seen[5][1][0, 0, 0] - world.seen[4][1][0, 0, 0], 30.0 * TICK, atol=1.0)
+
+
+def test_noise_is_the_same_for_every_policy(monkeypatch: pytest.MonkeyPatch) -> None:
+    worlds = [Follower(off) for off in (0.0, 1.0, 0.0)]
+    for world, seed in zip(worlds, (3, 3, 4), strict=True):
+        judged(world, [straight()], monkeypatch, seed)
+    normals = [w.ticks[4][1] for w in worlds]
+    assert list(normals[0]) == ["car"], "the hand goes where it is told"
+    np.testing.assert_array_equal(normals[0]["car"], normals[1]["car"])
+    assert (normals[0]["car"] != normals[2]["car"]).all()
+    assert normals[0]["car"].shape == (1, 4)

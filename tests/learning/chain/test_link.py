@@ -1,5 +1,7 @@
 """Learning one link: recovers what made the data, chooses the right view of it, refuses what can't be learned."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -127,3 +129,14 @@ def test_estimators_are_read_from_text(text: str, name: str, parameters: dict[st
 def test_anything_but_literals_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="write name or name"):
         EstimatorSpec.parse(text)
+
+
+def test_what_does_not_change_counts_for_no_score() -> None:
+    """Half of the variance of the one that does is unknowable; the other, which stands still, is told exactly."""
+    data = linear_data(noise=0.3)
+    still = replace(data, child=data.child * [1.0, 0.0], child_next=data.child_next * [1.0, 0.0])
+    fitted = fit_forward(still, ForwardSpec(LINEAR, "raw", "next"), EDGE)
+    left = fitted.residual_std[0] ** 2 / (still.child_next - still.child)[:, 0].var()
+    assert fitted.score == pytest.approx(1.0 - left, abs=1e-9)
+    nothing = replace(still, child=0.0 * still.child, child_next=0.0 * still.child)
+    assert fit_forward(nothing, ForwardSpec(LINEAR, "raw", "next"), EDGE).score == 1.0

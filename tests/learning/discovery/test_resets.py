@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ichain_drake.learning.discovery.resets import find_resets
+from ichain_drake.learning.discovery.resets import _telling, _tells, find_resets
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 SPACES = {
@@ -68,3 +69,70 @@ def test_what_only_switches_tells_nothing() -> None:
     (only,) = find_resets([{"key": log([])["key"]}], SPACES)
     assert only.probability.tolist() == [0.0] * (ROWS - 1)
     assert find_resets([], SPACES) == []
+
+
+def test_what_turns_on_and_on_is_not_reset_where_its_angle_wraps() -> None:
+    yaw = StateSpace("wheel", (Variable("yaw", "rad", -np.pi, np.pi, "angle"),))
+    turned = 0.4 * np.arange(ROWS)[:, None] + 1e-3 * np.random.default_rng(0).standard_normal((ROWS, 1))
+    wheel = (turned + np.pi) % (2 * np.pi) - np.pi
+    for resets in ([], RESETS):
+        (only,) = find_resets([log(resets) | {"wheel": wheel}], SPACES | {"wheel": yaw})
+        assert (np.flatnonzero(only.probability > 0.5) + 1).tolist() == resets
+        assert not only.jumped["wheel"].any()
+
+
+def test_what_springs_there_and_back_is_not_reset() -> None:
+    """A lid that is open for some rows, and then shut again, ten times in all."""
+    lid = np.where(np.arange(ROWS)[:, None] % 40 < 8, 1.0, 0.0) * [1.0, 0.5]
+    lid = lid + 1e-3 * np.random.default_rng(1).standard_normal(lid.shape)
+    assert found(log([]) | {"box": lid}) == []
+    assert found(log(RESETS, anew=("hand", "cup")) | {"box": lid}) == RESETS
+
+
+def test_what_is_dissolved_in_next_to_nothing_tells_nothing() -> None:
+    space = StateSpace(
+        "jug", (Variable("water", role=Role("amount")), Variable("heat", role=Role("intensive", of="water")))
+    )
+    rng = np.random.default_rng(2)
+    heat = np.ones(ROWS)
+    for row in range(5, ROWS, 9):
+        heat[row:] = rng.uniform(0.0, 5.0)
+    jug = np.column_stack([np.zeros(ROWS), heat]) + 1e-3 * rng.standard_normal((ROWS, 2))
+    (only,) = find_resets([log(RESETS) | {"jug": jug}], SPACES | {"jug": space})
+    assert (np.flatnonzero(only.probability > 0.5) + 1).tolist() == RESETS
+    noise = np.array([0.01, 0.01])
+    before, after = np.array([[0.2, 0.0], [0.2, 0.0], [0.1, 0.0]]), np.array([[0.2, 9.0], [0.14, 9.0], [0.2, 9.0]])
+    least = LEARNING.empty * 0.01
+    expected = [[True, min(a, b) >= least] for a, b in ((0.2, 0.2), (0.2, 0.14), (0.1, 0.2))]
+    assert _telling(space, noise, before, after).tolist() == expected == [[True, True], [True, False], [True, False]]
+
+
+def test_what_switches_counts_or_follows_is_not_looked_at() -> None:
+    space = StateSpace(
+        "thing",
+        (
+            Variable("x"),
+            Variable("yaw", "rad", kind="angle"),
+            Variable("on", kind="binary", lower=0, upper=1),
+            Variable("count", kind="integer", lower=0, upper=9),
+            Variable("water", role=Role("amount")),
+            Variable("flow", role=Role("change", of="water")),
+            Variable("drops", kind="integer", lower=0, upper=9, role=Role("amount")),
+            Variable("step", kind="integer", lower=0, upper=9, role=Role("level")),
+        ),
+    )
+    assert [space.names[i] for i in range(8) if _tells(space, i)] == ["x", "yaw", "water", "drops"]
+
+
+def test_a_reset_is_one_where_several_are_at_once_where_none_of_them_comes_by_itself() -> None:
+    """A box that jumps now and then by itself, and one that never does."""
+    states = log([])
+    rng = np.random.default_rng(6)
+    for row in range(5, ROWS, 8):
+        states["box"][row:] = rng.uniform(0.0, 1.0, 2) + 1e-3 * rng.standard_normal((ROWS - row, 2))
+    assert found(states) == [], "that is how it moves"
+    (only,) = find_resets([log([120])], SPACES)
+    assert only.probability[119] > 0.99
+    assert np.delete(only.probability, 119).max() < 0.5
+    assert {n: jumps[119] for n, jumps in only.jumped.items()} == dict.fromkeys(("hand", "cup", "box"), True)
+    assert all(np.delete(jumps, 119).sum() == 0 for jumps in only.jumped.values())

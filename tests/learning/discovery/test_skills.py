@@ -10,6 +10,7 @@ from ichain_drake.learning.discovery.skills import (
     ShownSkill,
     Stretch,
     _effects,
+    _statuses,
     _values,
     shown_skills,
     stretches,
@@ -74,3 +75,44 @@ def test_an_effect_is_counted_from_the_row_before_a_stretch() -> None:
     states = box_at(0.0, 0.0, 5.0, 6.0, 6.0)
     assert _effects(SMALL, states, SILENT, shown((3, 4))) == ["box.x by +1"]
     assert _effects(SMALL, states, SILENT, shown((1, 2))) == ["box.x by +5"]
+
+
+def before(*statuses: str | None) -> list[Stretch]:
+    """Stretches before which these were active, a letter each."""
+    return [Stretch("p", 0, 1, ("a", "b"), None if s is None else tuple(s)) for s in statuses]
+
+
+def test_statuses_are_a_condition_where_they_held_before_each_time() -> None:
+    assert _statuses(("a", "b"), before(None, None)) == []
+    assert _statuses(("a", "b"), before("c", None, "ca")) == ["c active", "b inactive"]
+    assert _statuses(("a", "b"), before("dc", "cd", "cdx")) == ["c active", "d active", "a inactive", "b inactive"]
+    assert _statuses(("a", "b"), before("a", "b")) == []
+
+
+@pytest.mark.parametrize(
+    ("ways", "said"),
+    [
+        ([1.0, 1.0, 1.0, 1.0, 1.0], ["box.x by +1"]),
+        ([-1.0, -2.0, -2.0, -3.0, 0.0], ["box.x by -2"]),  # in four of five
+        ([1.0, 1.0, 1.0, 0.0, 0.0], ["box.x either way"]),
+        ([1.0, -1.0, 1.0, -1.0, 1.0], ["box.x either way"]),
+        ([1.0, -1.0, 0.0, 0.0, 0.0], []),
+        ([4e-3, 4e-3, 4e-3, 4e-3, 4e-3], []),  # 4.2 are three noises of a difference
+        ([5e-3, 5e-3, 5e-3, 5e-3, 5e-3], ["box.x by +0.005"]),
+    ],
+)
+def test_an_effect_is_what_changed_clearly_in_most_of_them(ways: list[float], said: list[str]) -> None:
+    places = np.concatenate([[0.0], *[[0.0, w] for w in ways]])
+    assert _effects(SMALL, box_at(*places), SILENT, shown(*[(2 * k + 2, 2 * k + 2) for k in range(5)])) == said
+
+
+def test_a_value_is_a_condition_where_it_was_in_a_narrow_part_of_its_range() -> None:
+    for last, told in ((30.0 + 0.9 * LEARNING.reach * 59.0, True), (30.0 + 1.1 * LEARNING.reach * 59.0, False)):
+        places = [*np.arange(60.0), last]
+        found = _values(SMALL, box_at(*places), SILENT, ("hand->box",), shown((30, 31), (30, 31), (60, 60)))
+        assert found == ([f"30 <= box.x <= {last:.3g}"] if told else [])
+    still = box_at(*(5.0 + 1e-3 * (np.arange(60) % 3)))
+    assert _values(SMALL, still, SILENT, ("hand->box",), shown(*[(30, 31)] * 3)) == [], (
+        "what never changed says nothing"
+    )
+    assert _values(SMALL, box_at(*np.arange(60.0)), SILENT, (), shown(*[(30, 31)] * 3)) == [], "nobody takes part"

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from ichain_drake.learning.discovery import structure
 from ichain_drake.learning.discovery.settings import DISCOVERY
@@ -86,3 +87,117 @@ def test_two_terms_are_of_the_same_ticks_where_most_of_them_are_shared(shared: i
     first: Any = SimpleNamespace(on=ticks < 10, evidence=np.full(30, 5.0))
     other: Any = SimpleNamespace(on=(ticks >= 10 - shared) & (ticks < 20 - shared), evidence=np.full(30, 5.0))
     assert structure._same(first, other) is same
+
+
+LOG: Any = SimpleNamespace(block=np.repeat(np.arange(4), 5), root="hand")
+
+
+def told(
+    gain: float, parent: str = "hand", *, price: float = 0.0, spread: tuple[float, ...] = (1, 1, 1, 1), **more: Any
+) -> Any:
+    """A term that gains so much on left-out ticks, by so large shares in each of four blocks."""
+    shares = np.repeat(np.array(spread, dtype=float) / sum(spread), 5) / 5
+    made: dict[str, Any] = {
+        "parent": parent, "child": "box", "gain": gain, "left_out": gain * shares, "price": lambda: price,
+        "value": gain, "window": 1, "on": np.ones(20, dtype=bool), "evidence": np.full(20, 5.0), "objects": {parent},
+        "gate": SimpleNamespace(faces=1), "others": (),
+    }  # fmt: skip
+    return SimpleNamespace(**made | more)
+
+
+def test_how_sure_a_gain_is_follows_from_how_blocks_agree() -> None:
+    assert structure.certainty(told(40.0).left_out, LOG) == pytest.approx(norm.cdf(40.0 / np.sqrt(4 * 10.0**2)))
+    assert structure.certainty(told(40.0, spread=(1, 0, 0, 0)).left_out, LOG) == pytest.approx(norm.cdf(1.0))
+    assert structure.certainty(np.zeros(20), LOG) == 0.5
+    assert structure.certainty(-told(40.0).left_out, LOG) < 0.05
+    assert structure.score(told(40.0, price=15.0), LOG) == 25.0
+
+
+@pytest.mark.parametrize(("gain", "spread", "pays"), [
+    (1.1 * DISCOVERY.least, (1, 1, 1, 1), True),
+    (0.9 * DISCOVERY.least, (1, 1, 1, 1), False),
+    (90.0, (1, 0, 0, 0), False),
+])  # fmt: skip
+def test_a_term_pays_where_it_gains_enough_in_more_than_one_block(
+    gain: float, spread: tuple[float, ...], *, pays: bool
+) -> None:
+    assert structure._pays(told(gain, spread=spread), LOG, 1) is pays
+
+
+def test_what_an_object_is_said_to_do_all_the_time_hardly_a_tick_speaks_against() -> None:
+    for against, goes_on in ((1, True), (2, False)):  # of twenty, a twentieth
+        evidence = np.where(np.arange(20) < against, -1.1 * DISCOVERY.shows, 3.0)
+        assert structure._goes_on(told(9.0, evidence=evidence), LOG) is goes_on
+    assert structure._goes_on(told(9.0, evidence=np.full(20, -0.9 * DISCOVERY.shows)), LOG)
+
+
+def test_of_terms_of_the_same_ticks_the_nearer_cause_is_taken_before_the_robot() -> None:
+    robot, near, nearer = told(100.0, "hand"), told(95.0, "lid"), told(97.0, "lever")
+    own, elsewhere = told(99.0, "box"), told(98.0, "fan", on=np.zeros(20, dtype=bool))
+    every = [robot, near, nearer, own, elsewhere]
+    assert structure._most_direct(robot, every, LOG) is robot, "a little in every block is clear"
+    unclear = told(97.0, "lever", spread=(3, 1, 1, 1))
+    assert structure._most_direct(robot, [robot, unclear, own, elsewhere], LOG) is unclear
+    assert structure._most_direct(robot, [robot, own, elsewhere], LOG) is robot
+    assert structure._most_direct(near, [robot, near, unclear], LOG) is near, "what is no robot stays"
+
+
+@pytest.fixture
+def fits(monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str, int], Any]:
+    """What is found of each parent in each window."""
+    found: dict[tuple[str, int], Any] = {}
+    window = [1]
+    monkeypatch.setattr(Still, "leave", lambda self, terms, w: window.__setitem__(0, w))
+    monkeypatch.setattr(structure, "fit_term", lambda residual, parent, *rest: found.get((parent, window[0])))
+    monkeypatch.setattr(structure, "fit_passive", lambda residual: found.get(("passive", window[0])))
+    monkeypatch.setattr(structure, "judged", lambda residual, term: term)
+    monkeypatch.setattr(structure, "_looking_around", lambda residual, terms, term, parents: term)
+    return found
+
+
+def chosen(
+    parents: tuple[str, ...], required: tuple[str, ...] = (), terms: tuple[Any, ...] = ()
+) -> tuple[Any, list[str]]:
+    residual: Any = Still()
+    residual.log = LOG
+    best, rivals = structure._next(residual, terms, parents, required)
+    return best, [r.parent for r in rivals]
+
+
+def test_the_term_that_pays_most_comes_next_with_those_that_explain_about_as_much(
+    fits: dict[tuple[str, int], Any],
+) -> None:
+    parents = ("lid", "lever", "fan")
+    assert chosen(parents) == (None, [])
+    fits[("lid", 1)] = told(100.0, "lid", price=5.0)
+    fits[("lever", DISCOVERY.window)] = told(90.0, "lever", window=DISCOVERY.window)
+    fits[("fan", 1)] = told(0.5 * DISCOVERY.close * 95.0, "fan", value=100.0)
+    fits[("box", 1)] = told(60.0, "box")
+    best, rivals = chosen(parents)
+    assert (best, rivals) == (fits[("lid", 1)], ["lever"]), "neither what it does itself nor what explains much less"
+    fits[("lever", DISCOVERY.window)].on = np.zeros(20, dtype=bool)
+    assert chosen(parents)[1] == [], "nor what explains other ticks"
+
+
+def test_what_is_required_may_gain_little_and_nothing_else_may(fits: dict[tuple[str, int], Any]) -> None:
+    fits[("lid", 1)] = told(0.5 * DISCOVERY.least, "lid", value=0.1)
+    assert chosen(("lid",)) == (None, [])
+    assert chosen(("lid",), ("lid",))[0] is fits[("lid", 1)]
+    assert chosen(("lid",), ("lid",), (told(50.0, "lid"),)) == (None, []), "once it is there it is not missing"
+    fits[("lid", 1)] = told(-1.0, "lid", value=5.0)
+    assert chosen(("lid",), ("lid",)) == (None, []), "but against the evidence it is not"
+    fits[("fan", 1)] = told(200.0, "fan")
+    fits[("lid", 1)] = told(40.0, "lid", value=0.9 * DISCOVERY.worth * 200.0)
+    assert chosen(("lid", "fan"))[0] is fits[("fan", 1)]
+
+
+def test_what_it_does_by_itself_is_looked_for_tick_by_tick_first(fits: dict[tuple[str, int], Any]) -> None:
+    residual: Any = Still()
+    residual.log = LOG
+    assert structure._passive_motion(residual) is None
+    fits[("passive", DISCOVERY.window)] = told(50.0)
+    assert structure._passive_motion(residual) is fits[("passive", DISCOVERY.window)]
+    fits[("passive", 1)] = told(40.0)
+    assert structure._passive_motion(residual) is fits[("passive", 1)]
+    fits[("passive", 1)] = told(40.0, evidence=np.full(20, -5.0))
+    assert structure._passive_motion(residual) is fits[("passive", DISCOVERY.window)]

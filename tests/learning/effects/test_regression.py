@@ -1,14 +1,29 @@
 """Which columns and which estimator describe a change, and when there is none."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from ichain_drake.learning import InteractionSpec
+from ichain_drake.learning.blocks import windows
 from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.learning.effects import regression
 from ichain_drake.learning.effects.fitted import Regression
-from ichain_drake.learning.effects.regression import choose_regression
+from ichain_drake.learning.effects.regression import (
+    _column_sets,
+    _dead_band,
+    _fitted,
+    _gains,
+    _only_way,
+    _rectified_columns,
+    _Sample,
+    choose_regression,
+    instrumented,
+)
+from ichain_drake.learning.settings import LEARNING
 
 ROWS, PIECES, NOISE = 40, 6, 0.004
 PIECE = np.repeat(np.arange(PIECES), ROWS)
@@ -124,3 +139,153 @@ def test_what_is_left_is_told_in_the_unit_of_the_change_and_as_a_share_of_it() -
     assert found is not None
     assert found.std == pytest.approx(np.sqrt(2.0) * NOISE, rel=0.15)
     assert 0.99 < found.explained < 1.0
+
+
+def test_each_column_is_what_its_own_earlier_reading_says() -> None:
+    """Two regressions of one column each, beside least squares; what never varied stays in the middle."""
+    rng = np.random.default_rng(0)
+    earlier = rng.normal(size=(50, 3)) * [1.0, 5.0, 0.0] + [0.0, 3.0, 2.0]
+    now = 0.7 * earlier + rng.normal(size=(50, 3)) + 1.0
+    out = instrumented(now, earlier)
+    for k in range(2):
+        design = np.column_stack([np.ones(50), earlier[:, k]])
+        np.testing.assert_allclose(out[:, k], design @ np.linalg.lstsq(design, now[:, k], rcond=None)[0])
+    np.testing.assert_allclose(out[:, 2], now[:, 2].mean())
+
+
+def sample(y: np.ndarray, x: np.ndarray | None = None, window: int = 4) -> _Sample:
+    """Of three groups in a row, judged by windows of so many rows."""
+    group = np.repeat(np.arange(3), len(y) // 3)
+    judge = windows(group, np.tile(np.arange(len(y) // 3), 3), window)
+    marks = {1: [(k, k + 1) for k in range(len(y))], window: judge}
+    return _Sample(np.zeros((len(y), 1)) if x is None else x, y, group, marks, judge)
+
+
+def test_what_a_prediction_adds_is_the_likelihood_of_mean_residuals_window_by_window() -> None:
+    rng = np.random.default_rng(1)
+    y, before, after = rng.normal(size=(3, 36))
+    made = sample(y, window=5)
+    by_noise = 0.1 + 0.05 * np.arange(len(made.judge))
+    n = np.array([b - a for a, b in made.judge], dtype=float)
+    assert len(set(n)) > 1 or n[0] != 5, "windows fill their group"
+    means = [np.array([(y - p)[a:b].mean() for a, b in made.judge]) for p in (before, after)]
+    left = min(np.mean(n * (m**2 - by_noise)) for m in means)
+    assert left > 0
+    each = 0.5 * (means[0] ** 2 - means[1] ** 2) / (by_noise + left / n)
+    expected = [sum(e for e, (a, _) in zip(each, made.judge, strict=True) if made.group[a] == g) for g in range(3)]
+    np.testing.assert_allclose(_gains(made, before, after, by_noise), expected)
+    loud = np.full(len(n), 50.0)  # more than all that is left
+    np.testing.assert_allclose(
+        _gains(made, before, after, loud).sum(), (0.5 * (means[0] ** 2 - means[1] ** 2) / 50.0).sum(), rtol=1e-6
+    )
+
+
+@pytest.mark.parametrize(("up", "down", "way"), [(1.0, 0.0, 1), (0.0, 1.0, -1), (1.0, 1.0, 0)])
+def test_a_change_that_only_went_one_way_is_told(up: float, down: float, way: int) -> None:
+    rng = np.random.default_rng(2)
+    truth = np.where(np.arange(60) % 2 == 0, up, -down) * rng.uniform(0.5, 1.0, 60)
+    made = sample(truth + 0.01 * rng.normal(size=60), window=1)
+    bent = truth + 0.03 * rng.normal(size=60)  # a fit that bends a little to the other side
+    assert _only_way(made, bent, np.full(60, 1e-4)) == way
+
+
+@pytest.mark.parametrize("small", [0.02, 0.12, 0.3, 0.6])
+def test_a_dead_band_is_the_one_that_leaves_least(small: float) -> None:
+    """Predictions of 1 are right; those of `small` are a bias where nothing happens."""
+    prediction = np.where(np.arange(60) % 3 == 0, 1.0, small)
+    truth = np.where(prediction == 1.0, 1.0, 0.0)
+    size = np.sqrt(np.mean(prediction**2))
+    band = _dead_band(sample(truth, window=1), prediction)
+    enough = [s * size for s in LEARNING.dead_bands if s * size > small]
+    assert band == pytest.approx(enough[0] if enough else 0.0)
+    assert _dead_band(sample(prediction, window=1), prediction) == 0.0
+
+
+def test_too_few_rows_or_a_single_group_tell_nothing() -> None:
+    x, rng = columns(1)
+    y = 0.1 * x[:, 2] + readings_noise(rng)
+    few = np.arange(LEARNING.rows - 1)
+    args: tuple[Any, ...] = (ESTIMATORS, 12, np.zeros(x.shape[1], dtype=bool), NOISE)
+    assert choose_regression(x[few], y[few], PIECE[few], ROW[few], *args) is None
+    one = np.arange(LEARNING.short + 1)
+    assert choose_regression(x[one], y[one], PIECE[one], ROW[one], *args) is None
+    assert choose_regression(x, y, PIECE, ROW, *args) is not None
+
+
+@pytest.mark.parametrize(("noises", "found"), [(1.0, False), (9.0, True)])
+def test_a_change_that_noise_alone_may_give_is_none(noises: float, found: bool) -> None:
+    """Over 12 ticks readings alone give a mean change of a root of 2 of their noise, over 12."""
+    per_tick = noises * np.sqrt(2.0) * NOISE / 12.0
+    x, rng = columns(6)
+    chosen_ = chosen(x, np.full(len(x), per_tick) + readings_noise(rng))
+    assert (chosen_ is not None) is found
+    if chosen_ is not None:
+        assert (chosen_.estimator, chosen_.columns) == ("constant", ())
+        assert chosen_.constant == pytest.approx(per_tick, rel=0.1)
+        assert chosen_.scale == pytest.approx(per_tick, rel=0.1)
+        assert chosen_.drift == pytest.approx(np.sqrt(2.0) * NOISE / 12.0, rel=0.4)
+        assert (chosen_.samples, chosen_.pieces) == (len(x), PIECES)
+
+
+def test_columns_of_a_threshold_are_looked_for_where_few_rows_stand_out() -> None:
+    rng = np.random.default_rng(3)
+    x = rng.uniform(-1.0, 1.0, (90, 2))
+    quiet = 0.01 * rng.normal(size=90)
+    for count, looked in ((LEARNING.several - 1, False), (LEARNING.several, True)):
+        far = np.argsort(x[:, 1])[-count:]
+        y = quiet.copy()
+        y[far] += 1.0 + x[far, 1]
+        assert bool(_rectified_columns(sample(y, x, window=1))) is looked
+    (first, *_) = _rectified_columns(sample(y, x, window=1))
+    assert first == (1,)
+
+
+def test_columns_that_roles_ask_for_are_tried_alone_first() -> None:
+    x, rng = columns(7, 3)
+    y = 0.3 * x[:, 0] + 0.2 * x[:, 1] + 0.01 * rng.normal(size=len(x))
+    group = PIECE
+    marks = windows(PIECE, ROW, 12)
+    made = _Sample(x, y, group, {1: windows(PIECE, ROW, 1), 12: marks}, marks)
+    sets = _column_sets(made, np.array([False, True, False]))
+    assert sets[0][0] == (1,)
+    assert any(set(c) == {0, 1} for c, _ in sets)
+    assert len(sets) == len(set(sets)) and all(c for c, _ in sets)
+    lengths = [n for c, n in sets if c == (1,)]
+    assert lengths[0] == 12, "noise in inputs biases single ticks"
+
+
+@pytest.mark.parametrize("rows", [LEARNING.most_rows, 3 * LEARNING.most_rows])
+def test_of_more_rows_than_one_fit_needs_some_are_drawn_evenly_with_both_ends(rows: int) -> None:
+    seen: list[np.ndarray] = []
+
+    class Notes:
+        def fit(self, x: np.ndarray, y: np.ndarray) -> None:
+            seen.append(np.column_stack([x, y]))
+            raise ValueError("noted")
+
+    spec: Any = SimpleNamespace(make=Notes)
+    number = np.arange(float(rows))
+    assert _fitted(spec, number[:, None], -number) is None, "what can't be fitted is no candidate"
+    drawn = seen[0][:, 0]
+    assert len(drawn) == LEARNING.most_rows
+    assert (drawn[0], drawn[-1]) == (0.0, rows - 1.0)
+    assert np.ptp(np.diff(drawn)) <= 1.0
+    np.testing.assert_array_equal(seen[0][:, 1], -drawn)
+
+
+@pytest.mark.parametrize("window", [1, 2, 12])
+def test_readings_noise_is_that_of_a_mean_change_or_of_a_reading_where_nothing_is_remembered(
+    window: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    noises: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def gains(sample: _Sample, before: np.ndarray, after: np.ndarray, by_noise: np.ndarray) -> np.ndarray:
+        noises.append((by_noise, np.array([b - a for a, b in sample.judge], dtype=float)))
+        return np.zeros(3)
+
+    monkeypatch.setattr(regression, "_gains", gains)
+    x, _ = columns(8)
+    assert choose_regression(x, x[:, 0], PIECE, ROW, ESTIMATORS, window, np.zeros(6, dtype=bool), 0.01) is None
+    by_noise, length = noises[0]
+    assert length.max() == pytest.approx(window, abs=2)
+    np.testing.assert_allclose(by_noise, 1e-4 if window == 1 else 2e-4 / length**2)

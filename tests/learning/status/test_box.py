@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 from sklearn.base import BaseEstimator
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from ichain_drake.errors import InputError
-from ichain_drake.learning.frozen import freeze, from_arrays
-from ichain_drake.learning.status.box import BoxClassifier
+from ichain_drake.learning.frozen import InputScaling, freeze, from_arrays
+from ichain_drake.learning.status.box import Box, BoxClassifier
 
 
 @parametrize_with_checks([BoxClassifier()])
@@ -84,3 +85,63 @@ def test_bad_input_is_refused() -> None:
         BoxClassifier().fit(x, [0, 1, 2, 0, 1, 2, 0, 1])
     with pytest.raises(InputError, match="reach -1: give a number from 0"):
         BoxClassifier(reach=-1).fit(x, x[:, 0] > 3)
+
+
+BOX = Box(
+    inputs=InputScaling.identity(2), middle=np.array([1.0, -2.0]), half=np.array([2.0, 0.5]), gain=np.array([3.0]),
+    offset=np.array([0.25]),
+)  # fmt: skip
+
+
+def test_a_box_is_highest_in_its_middle_and_falls_by_the_input_that_is_nearest_to_its_face() -> None:
+    rows = np.array([[1.0, -2.0], [3.0, -2.0], [2.0, -2.0], [2.0, -1.6], [1.0, -3.0]])
+    least = np.array([1.0, 0.0, 0.5, 0.2, -1.0])
+    np.testing.assert_allclose(BOX.batch(rows)[:, 0], 3.0 * least + 0.25, atol=1e-12)
+    np.testing.assert_allclose([BOX.value(row)[0] for row in rows], 3.0 * least + 0.25, atol=1e-12)
+    for row in rows[2:]:
+        _, slope = BOX.value_and_jacobian(row)
+        tiny = 1e-6
+        numeric = [(BOX.value(row + d)[0] - BOX.value(row - d)[0]) / (2 * tiny) for d in tiny * np.eye(2)]
+        np.testing.assert_allclose(slope[0], numeric, atol=1e-6)
+    np.testing.assert_allclose(BOX.rescaled(np.array([2.0]), np.array([-1.0])).batch(rows), 2.0 * BOX.batch(rows) - 1.0)
+
+
+def test_the_likelihood_of_flags_is_that_of_readings_within_the_faces_that_are_shown() -> None:
+    box = BoxClassifier(noise=[0.1, 0.2])
+    box.lower_, box.upper_ = np.array([0.0, -1.0]), np.array([1.0, 1.0])
+    box.shown_ = np.array([[True, False], [True, True]])  # nothing was ever seen below the second
+    x = np.array([[0.5, 0.0], [1.1, 0.0], [-0.1, 0.0], [0.5, 1.2], [0.5, -9.0], [1.05, 1.1]])
+    truth = np.array([True, False, True, False, True, True])
+    inside = norm.cdf((1.0 - x[:, 0]) / 0.1) * norm.cdf(x[:, 0] / 0.1) * norm.cdf((1.0 - x[:, 1]) / 0.2)
+    on = 0.05 + 0.9 * inside
+    np.testing.assert_allclose(box.log_likelihood(x, truth, 0.05), np.log(np.where(truth, on, 1.0 - on)))
+    sharp = BoxClassifier()
+    sharp.lower_, sharp.upper_, sharp.shown_ = box.lower_, box.upper_, box.shown_
+    told = np.where((x[:, 0] <= 1.0) & (x[:, 0] >= 0.0) & (x[:, 1] <= 1.0), 0.95, 0.05)
+    np.testing.assert_allclose(sharp.log_likelihood(x, truth, 0.05), np.log(np.where(truth, told, 1.0 - told)))
+
+
+def test_a_slip_is_as_frequent_as_samples_on_the_wrong_side() -> None:
+    x = np.array([-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0])[:, None]
+    clean = np.array([0, 0, 1, 1, 1, 0, 0, 0])
+    assert BoxClassifier().fit(x, clean).slip_ == pytest.approx(1.0 / 10.0)
+    stray = np.array([0, 0, 1, 1, 1, 0, 0, 1])
+    assert BoxClassifier().fit(x, stray).slip_ == pytest.approx(2.0 / 10.0)
+    box = BoxClassifier().fit(x, clean)
+    assert box.shown_.tolist() == [[True], [True]]
+    frozen = box.to_frozen()
+    np.testing.assert_allclose(frozen.middle + [[-1], [1]] * frozen.half, [box.lower_, box.upper_])
+    np.testing.assert_allclose(frozen.batch(np.array([box.lower_, box.upper_]))[:, 0], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"reach": -0.1}, "reach -0.1: give a number from 0"),
+        ({"noise": -1.0}, "noise -1.0: give one number from 0, or one an input"),
+        ({"noise": [0.1, 0.1]}, "noise .*: give one number from 0, or one an input"),
+    ],
+)
+def test_parameters_that_can_not_be_are_refused(parameters: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        BoxClassifier(**parameters).fit(np.arange(4.0)[:, None], [0, 1, 1, 0])

@@ -75,3 +75,23 @@ def test_examples_are_the_rows_around_each_event_and_samples_of_either_status() 
         np.testing.assert_allclose(part.before["box"][:, 0], 0.1 * (at - 1))
     assert sorted(found.active["hand"][:, 0]) == [3, 4, 11, 12]
     assert len(found.inactive["hand"]) == 17
+
+
+def test_an_event_right_after_the_start_has_all_that_was_before_it() -> None:
+    (on,), (off,) = windows("0011100000000000", "0011100000000000")
+    assert rows_of(on) == [0, 1, 2, 3, 4]
+    assert rows_of(off)[0] == 2
+
+
+def test_of_two_hands_that_close_either_may_have_failed_before() -> None:
+    """The second closed in row 4, and opened in row 5, for nothing."""
+    hand = StateSpace("hand", (*HAND.variables, Variable("other", kind="binary", lower=0, upper=1)))
+    graph = InteractionGraph({"hand": hand, "box": BOX}, ["hand->box"])
+    rows = np.arange(12)
+    table = {"time": TICK * rows, "hand.x": 1.0 * rows, "hand.grip": 1.0 * (rows >= 7), "hand.other": 1.0 * (rows == 4)}
+    table |= {"box.x": 0.0 * rows, "hand->box": 1.0 * (rows >= 7)}
+    on, _ = collect_windows([Demonstration(pd.DataFrame(table))], graph)
+    assert rows_of(on[EDGE][0])[0] == 5
+    table["hand.other"] = 0.0 * rows
+    on, _ = collect_windows([Demonstration(pd.DataFrame(table))], graph)
+    assert rows_of(on[EDGE][0])[0] == 7 - LEARNING.look

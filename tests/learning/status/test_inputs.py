@@ -86,3 +86,66 @@ def test_places_of_a_frame_whose_turn_is_known_are_along_the_robots_axes() -> No
     np.testing.assert_allclose(seen(states), states["box"][:, :2] @ quarter)
     hand = next(i for i in own if i.label == "position of hand")
     np.testing.assert_allclose(hand({"hand": np.array([[1.0, 2.0, 0.0]])}), [[1.0, 2.0]])
+
+
+def test_angles_are_told_the_short_way_round_from_where_they_usually_are() -> None:
+    states = {"box": np.array([[-3.0, 1.0], [3.1, 2.0]]), "hand": np.array([[3.0], [-3.1]])}
+    angle = ValueInput("box", 0, "box.yaw", True, 3.0)
+    np.testing.assert_allclose(angle(states), [[2 * np.pi - 6.0], [0.1]])
+    np.testing.assert_allclose(ValueInput("box", 1, "box.x", False, 3.0)(states), [[1.0], [2.0]])
+    apart_ = DifferenceInput("hand", "box", (0, 0), True, "box.yaw - hand.yaw")
+    np.testing.assert_allclose(apart_(states), [[2 * np.pi - 6.0], [6.2 - 2 * np.pi]])
+    np.testing.assert_allclose(DifferenceInput("hand", "box", (0, 1), False, "")(states), [[-2.0], [5.1]])
+
+
+@pytest.mark.parametrize("of_child", [False, True])
+def test_a_place_beside_what_is_turned_turns_with_it(*, of_child: bool) -> None:
+    """A camera sees the box a quarter turned; who is turned himself by a quarter has what was beside him before him."""
+    hand, box = StateSpace("hand", place("world", yaw=True)), StateSpace("box", place("camera", yaw=True))
+    quarter = np.array([[0.0, -1.0], [1.0, 0.0]])
+    beside = apart(hand, box, {"world": np.eye(2), "camera": quarter})
+    assert beside is not None
+    item = BodyInput(EDGE, beside, "", 2, of_child)
+    states = {"hand": np.array([[1.0, 2.0, 0.0]]), "box": np.array([[-1.0, 5.0, 0.0]])}
+    off = states["box"][:, :2] - states["hand"][:, :2] @ beside.turn.T
+    plain = off if of_child else off @ beside.turn
+    np.testing.assert_allclose(item(states), plain)
+    turned = {n: v + [0.0, 0.0, np.pi / 2] for n, v in states.items()}
+    x, y = plain[0]
+    np.testing.assert_allclose(item(turned), [[y, -x]], atol=1e-12)
+    third = {n: v + [0.0, 0.0, 0.3] for n, v in states.items()}
+    c, s = np.cos(0.3), np.sin(0.3)
+    np.testing.assert_allclose(item(third), [[c * x + s * y, c * y - s * x]])
+
+
+def test_an_angle_is_told_from_the_middle_of_what_was_shown_and_likes_are_compared_by_what_they_are() -> None:
+    made = data(place("world", yaw=True), place("camera", yaw=True))
+    for piece in made.pieces:
+        piece.states["hand"][:, 2] = [3.0, -3.1]
+    own, _ = ends(made)
+    (yaw,) = [i for i in own if i.label == "hand.yaw"]
+    assert isinstance(yaw, ValueInput)
+    assert yaw.middle == pytest.approx((3.0 + 2 * np.pi - 3.1) / 2)
+    likes = [(i.index, i.angle) for i in own if isinstance(i, DifferenceInput)]
+    assert likes == [((2, 2), True), ((3, 3), False)], "a heading with a heading, a level with a level"
+    tilted = (*place("world"), Variable("tilt", "rad", -np.pi, np.pi, "angle", Role("orientation", "world", "x")))
+    own, _ = ends(data(tilted, place("camera", yaw=True)))
+    assert [i.index for i in own if isinstance(i, DifferenceInput)] == [(3, 3)], "a tilt is no heading"
+
+
+@pytest.mark.parametrize(("axes", "along_body"), [("xyz", True), ("xz", False)])
+def test_only_what_has_both_axes_of_the_plane_is_along_what_is_turned_in_it(axes: str, *, along_body: bool) -> None:
+    turn = Variable("yaw", "rad", -np.pi, np.pi, "angle", Role("orientation", "world", "z"))
+    pose = (*(Variable(a, "m", role=Role("position", "world", a)) for a in axes), turn)
+    (first, *_), _ = ends(data(pose, pose))
+    assert isinstance(first, RelativeInput)
+    assert isinstance(first, BodyInput) is along_body
+
+
+def test_where_the_robot_is_matters_to_what_it_acts_on_alone_whatever_it_is_called() -> None:
+    made = data(place("world"), place("camera"))
+    lamp = Interaction("lamp", "box")
+    found = candidate_inputs(made, lamp, dict.fromkeys(made.edges))[1]
+    assert [i.label for i in found] == ["hand.heat"], "its place is left out"
+    hand = candidate_inputs(made, EDGE, dict.fromkeys(made.edges))[1]
+    assert [i.label for i in hand] == ["position of lamp", "lamp.light"]

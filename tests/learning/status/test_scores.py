@@ -14,6 +14,7 @@ def test_f1() -> None:
     assert f1(status("0011"), status("0110")) == 0.5
     assert f1(status("00"), status("00")) == 1.0
     assert f1(status("01"), status("00")) == 0.0
+    assert f1(status("10"), status("11")) == 2 / 3
 
 
 def test_switches() -> None:
@@ -33,3 +34,11 @@ def test_event_f1() -> None:
     assert event_f1(truth, truth) == 1.0
     assert event_f1(truth, [status("0011100"), status("0001000")]) == 4 / 6
     assert event_f1([status("000")], [status("000")]) == 1.0
+
+
+def test_an_event_is_matched_by_the_nearest_within_the_tolerance() -> None:
+    truth, said = status("0000100001"), status("0010010010")
+    assert [match_events(truth, said, tolerance=k)[0] for k in (0, 1, 2)] == [0, 3, 3]
+    assert event_f1([truth], [said], tolerance=0) == 0.0
+    near = status("001010000"), status("000111010")
+    assert match_events(*near) == (2, 4, 4), "each once"

@@ -1,15 +1,32 @@
 """A learned status on data: what is known to be active is let go later than it is taken up."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pytest
 import small_job
+from scipy.stats import norm
 
+from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel
 from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.learning.status.status import _held, _left_out, _with_memory, left_out_folds
+from ichain_drake.learning.status.choice import Candidate, input_scales
+from ichain_drake.learning.status.inputs import ValueInput
+from ichain_drake.learning.status.status import (
+    StatusModel,
+    _fit,
+    _held,
+    _left_out,
+    _of_ends,
+    _with_memory,
+    always_active,
+    input_choice,
+    left_out_folds,
+)
 
 EDGE = Interaction.parse("tap->box")
 
@@ -90,3 +107,99 @@ def test_hysteresis_is_learned_where_what_holds_goes_on_holding_beyond_where_it_
         truth[k] = value >= (-0.5 if before[k] else 0.0)
     assert _with_memory(decisions, truth, before, piece)[0] > 0.0
     assert _with_memory(decisions, decisions >= 0.0, before, piece)[0] == 0.0
+
+
+class Told:
+    """A frozen model whose decision value is the sum of its columns."""
+
+    n_out = 1
+
+    def batch(self, x: np.ndarray) -> np.ndarray:
+        return x.sum(axis=1, keepdims=True)
+
+
+def status(margin: float = 0.2, spread: float = 0.5, slip: float = 0.1) -> StatusModel:
+    model: Any = Told()
+    inputs = (ValueInput("box", 0, "box.x"), ValueInput("hand", 1, "hand.y"))
+    return StatusModel(
+        inputs, np.array([1.0, 2.0]), np.array([2.0, 4.0]), model, margin, spread, slip, "told", 1, 1, 0, 0, 9, 4
+    )
+
+
+STATES = {
+    "box": np.array([[1.0], [3.0], [0.0], [0.8]]),
+    "hand": np.array([[9.0, 2.0], [9.0, 6.0], [9.0, 1.0], [9.0, 2.0]]),
+}
+VALUES = np.array([0.0, 2.0, -0.75, -0.1])
+
+
+def test_inputs_are_scaled_and_decided_by() -> None:
+    np.testing.assert_allclose(status().columns(STATES), [[0.0, 0.0], [1.0, 1.0], [-0.5, -0.25], [-0.1, 0.0]])
+    np.testing.assert_allclose(status().decide(STATES), VALUES)
+    assert status().active(STATES).tolist() == [True, True, False, False]
+    was = np.array([True, False, True, True])
+    assert status().active(STATES, was).tolist() == [True, True, False, True]
+    assert status().active(STATES, ~was).tolist() == [True, True, False, False]
+    assert status(margin=0.0).active(STATES, was).tolist() == [True, True, False, False]
+
+
+def test_a_probability_is_that_of_a_slip_and_of_a_decision_within_its_spread() -> None:
+    np.testing.assert_allclose(status().probability(STATES), 0.1 + 0.8 * norm.cdf(VALUES / 0.5))
+    was = np.array([True, False, True, True])
+    np.testing.assert_allclose(status().probability(STATES, was), 0.1 + 0.8 * norm.cdf((VALUES + 0.2 * was) / 0.5))
+    assert status().probability(STATES)[0] == pytest.approx(0.5), "on its border"
+
+
+def test_what_was_never_seen_inactive_is_always_active_but_for_a_slip() -> None:
+    always = always_active(18)
+    assert always.active(STATES).all()
+    np.testing.assert_allclose(always.probability(STATES), 0.05 + 0.9 * norm.cdf(always.decide(STATES)))
+    assert (always.inputs, always.slip, always.samples, always.positives) == ((), 0.05, 18, 18)
+    assert always.likelihood == pytest.approx(np.log(0.95))
+
+
+def test_ends_alone_are_looked_at_where_nothing_is_told_apart() -> None:
+    found = [Candidate(ValueInput(n, 0, n), np.zeros((2, 1)), np.ones(1)) for n in ("tap", "lid", "box", "hand")]
+    assert [c.item.label for c in _of_ends(found, EDGE)] == ["tap", "box"]
+
+
+def test_a_row_may_begin_what_was_inactive_in_the_row_before_or_is_the_first_of_its_piece() -> None:
+    flags = [np.array([c == "1" for c in text]) for text in ("0110", "1101")]
+    data: Any = SimpleNamespace(flag=lambda e: np.concatenate(flags), piece_index=lambda: np.repeat([0, 1], 4))
+    assert input_choice(data, EDGE).begins.tolist() == [True, True, False, False, True, False, False, True]
+
+
+def test_few_pieces_are_left_out_in_blocks_and_more_than_folds_share_them() -> None:
+    truth = np.tile([True, False], 30)
+    two = left_out_folds(truth, np.repeat([0, 1], 30))
+    assert len(set(two[:30])) > 1
+    many = LEARNING.folds + 3
+    piece = np.repeat(np.arange(many), 4)
+    fold = left_out_folds(np.tile([True, False, False, False], many), piece)
+    assert sorted(set(fold)) == list(range(LEARNING.folds))
+    assert np.bincount(fold).max() <= 2 * 4
+
+
+def test_an_estimator_that_can_not_be_fitted_is_named_with_its_interaction() -> None:
+    x, y = np.linspace(-1, 1, 20)[:, None], np.arange(20) > 9
+    with pytest.raises(InputError, match=r"tap->box, status: box\(reach=-1.0\): .*reach"):
+        _fit(EstimatorSpec.parse("box(reach=-1.0)"), x, np.full(1, 0.01), y, EDGE)
+    three = np.tile([0, 1, 2], 7)[:20]
+    with pytest.raises(InputError, match="tap->box, status: "):
+        _fit(EstimatorSpec.parse("box"), x, np.full(1, 0.01), three, EDGE)
+
+
+def test_scales_lie_between_the_spread_of_active_rows_and_of_all() -> None:
+    rng = np.random.default_rng(0)
+    truth = np.arange(200) < 50
+    raw = np.column_stack(
+        [np.where(truth, 5.0 + 0.1 * rng.normal(size=200), 3.0 * rng.normal(size=200)), rng.normal(size=200)]
+    )
+    raw = np.column_stack([raw, np.where(truth, 2.0, rng.normal(size=200)), np.full(200, 4.0)])
+    offset, scale = input_scales(raw, truth, np.array([0.01, 0.01, 0.2, 0.0]))
+    np.testing.assert_allclose(offset, np.median(raw[:50], axis=0))
+    every, inside = raw.std(axis=0), raw[:50].std(axis=0)
+    np.testing.assert_allclose(scale[0], np.sqrt(inside[0] * every[0]))
+    np.testing.assert_allclose(scale[1], np.sqrt(inside[1] * max(every[1], inside[1])))
+    np.testing.assert_allclose(scale[2], np.sqrt(0.4 * every[2]), err_msg="no less than twice the noise")
+    np.testing.assert_allclose(scale[3], 1e-9)

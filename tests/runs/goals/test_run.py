@@ -1,23 +1,28 @@
 """The whole job of the water dispenser on `ideal`, and how it is refused and reported."""
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from lamp import LampScenario
 
 from ichain_drake.control.execution.memory import ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.goals import parse_goal
-from ichain_drake.control.planning.plan import NoPlan, Plan, PlanStep
+from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, Plan, PlanStep
 from ichain_drake.errors import InputError
+from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel
+from ichain_drake.runs.goals import run as running
 from ichain_drake.runs.goals.output import classified, flags_of, make_graph_recording, write_graph_pictures
 from ichain_drake.runs.goals.plan import make_plan
-from ichain_drake.runs.goals.run import GraphRun, run_graph
+from ichain_drake.runs.goals.run import GraphRun, _wrong, describe, run_graph
 from ichain_drake.simulation.commands import Commands
-from ichain_drake.simulation.episode import Episode
+from ichain_drake.simulation.episode import Episode, EpisodeLog
 from ichain_drake.simulation.goal_episode import GraphEpisode
 from ichain_drake.simulation.wiring import goal_controller, look
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
@@ -149,3 +154,91 @@ def test_a_report_tells_what_was_remembered() -> None:
     assert run.goal_reached
     run.wrong = "the cup broke"
     assert not run.goal_reached
+
+
+def lit(light: float = 0.6, *, held: bool = False, bright: bool = True, mode: Mode = Mode.REACHED) -> GraphRun:
+    """A run of a lamp that ended so in truth; the first frame was dark, and so it was read all the time."""
+    run = GraphRun(LampScenario(), ["lamp.light >= 0.5"])
+    graph = LampScenario.graph
+    states = {n: np.zeros((3, len(s))) for n, s in graph.objects.items()}
+    states["lamp"][1:, 0] = light
+    active = {n: np.zeros((3, len(graph.parents(n)))) for n in graph.objects if graph.parents(n)}
+    active["dimmer"][:, 0] = [not held, not held, held]
+    active["lamp"][:, graph.parents("lamp").index("switch")] = [0, 0, bright]
+    measured = {n: np.zeros((3, len(s.observable))) for n, s in graph.objects.items()}
+    run.log = EpisodeLog(np.arange(3) / 30, states, measured, active, np.zeros((3, 3)))
+    run.goal = Goal(
+        (Condition("lamp", "light", 0.5, 1.0),), (Interaction("hand", "dimmer"),), (Interaction("switch", "lamp"),)
+    )
+    run.memory = Memory(np.zeros(3), mode=mode, tick=7, replans=2, log=[(3, "lost: it slipped")])
+    return run
+
+
+def test_what_is_wrong_in_the_end_is_said_by_the_truth_of_the_last_frame() -> None:
+    assert _wrong(lit()) == ""
+    assert _wrong(lit(0.3)) == "0.5 <= lamp.light <= 1 is not true: it is 0.3"
+    assert _wrong(lit(held=True)) == "hand->dimmer is still active"
+    assert _wrong(lit(bright=False)) == "switch->lamp is not active"
+
+
+@pytest.mark.parametrize(
+    ("light", "mode", "reached", "cause"),
+    [
+        (0.6, Mode.REACHED, True, ""),
+        (0.3, Mode.REACHED, False, "misjudged"),
+        (0.6, Mode.STOPPED, False, "drive"),
+        (0.3, Mode.STOPPED, False, "drive"),
+    ],
+)
+def test_a_goal_is_reached_where_it_holds_in_truth_and_who_controls_says_so(
+    light: float, mode: Mode, *, reached: bool, cause: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = lit(light, mode=mode)
+    assert ended.memory is not None
+    ended.memory.cause, ended.memory.reason = ("drive", "too slow") if mode == Mode.STOPPED else ("", "goal reached")
+    made = SimpleNamespace(
+        memory=ended.memory, log=lambda: ended.log, doing=dict, world=None, run=lambda ticks, until: None,
+        controller=SimpleNamespace(executor=SimpleNamespace(goal=ended.goal)),
+    )  # fmt: skip
+    monkeypatch.setattr(running, "goal_controller", lambda *args, **more: None)
+    monkeypatch.setattr(running, "GraphEpisode", lambda world, controller: made)
+    monkeypatch.setattr(running, "make_planner", lambda model, settings: None)
+    run = GraphRun(LampScenario(), ["lamp.light >= 0.5"])
+    running._execute(run, None, ended.goal, None, None, ExecutorSettings(), lambda line: None)  # type: ignore[arg-type]
+    assert (run.goal_reached, run.cause) == (reached, cause)
+    wrong = "0.5 <= lamp.light <= 1 is not true: it is 0.3"
+    says = {"": "goal reached", "misjudged": f"taken as reached, but {wrong}", "drive": "too slow"}
+    assert run.reason == says[cause]
+
+
+def test_a_report_says_what_the_execution_did() -> None:
+    run = lit()
+    run.model = None
+    report = run.report()
+    assert (report["control_steps"], report["goal_reached"]) == (7, True)
+    assert report["sim_seconds"] == pytest.approx(2 / 30, abs=1e-6)
+    metrics = report["metrics"]
+    assert (metrics["replans"], metrics["events"]) == (2, [{"step": 3, "what": "lost: it slipped"}])
+    assert (report["models"], metrics["cautious"], "line" in report, "labels" in report) == ({}, {}, False, False)
+    run.memory = replace(run.memory, cautious=(Interaction("hand", "dimmer"),))  # type: ignore[type-var]
+    run.model = SimpleNamespace(customary=lambda edge: (f"{edge.child}.x",))  # type: ignore[assignment]
+    assert run.cautious == {"hand->dimmer": ["dimmer.x"]}
+
+
+def test_a_plan_is_told_in_plain_numbers() -> None:
+    edge = Interaction("hand", "dimmer")
+    carry = PlanStep((edge,), {("dimmer", "x"): np.float64(0.4)}, predicted={"dimmer": np.array([0.4])}, ticks=6)  # type: ignore[dict-item]
+    drive = replace(carry, chain=(edge, Interaction("dimmer", "lamp")), until=("lamp", "light", 1, 0.5))
+    first, second = describe(Plan((carry, drive), 12))
+    assert first == {
+        "chain": ["hand->dimmer"], "wanted": {"dimmer.x": 0.4}, "drives": None,
+        "predicted": {"dimmer": [0.4]}, "ticks": 6,
+    }  # fmt: skip
+    assert (second["chain"], second["drives"]) == (["hand->dimmer", "dimmer->lamp"], "lamp.light")
+    run = lit()
+    run.plan = Plan((carry,), 6, 3, 5, probability=0.75, cost=8.0)
+    metrics = run.report()["metrics"]
+    assert (metrics["cost"], metrics["probability"], metrics["search"]) == (8.0, 0.75, {"expansions": 3, "rollouts": 5})
+    run.plan = NoPlan(Condition("lamp", "light", 0.5, 1.0), 0.1, None, "dark", ("tried: nothing",))
+    metrics = run.report()["metrics"]
+    assert (metrics["explanation"], metrics["plan"], metrics["search"]) == (["tried: nothing"], [], {})
