@@ -42,6 +42,7 @@ ABOUT = {  # where each system is described, and what it is asked for
     "two_dispensers": ("two dispensers", "docs/water_dispenser.md", "hot water out of two machines"),
     "microwave": ("microwave", "docs/microwave.md", "hot food outside, door shut"),
     "kettle": ("bottle and kettle", "docs/kettle.md", "hot water back in the bottle"),
+    "lidded_pot": ("lidded pot", "docs/lidded_pot.md", "water under a lid that one of two hands holds open"),
 }
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -88,11 +89,17 @@ class InteractionGraph:
         objects: state space of each object, by name.
         interactions: edges as `Interaction`, `(parent, child)` or `"parent->child"`.
         origins: where objects stand, by name, as far as it is declared; see `Origin`.
+        robots: the roots where there are several, in the order in which their commands are joined (two hands); default:
+            the one object without parents.
+
+    Attributes:
+        roots: the robots, which nothing but commands controls (paper sec. III: O_1).
+        root: the one of them that is looked at (see `acting`); at first the first.
 
     Raises:
         InputError: on an object name that is empty or holds '->', an edge to an unknown object, a doubled edge, a self
-            loop, if there is not exactly one object without parents (the robot, paper sec. III: O_1), or on an origin
-            of an unknown object or in a frame in which none of its parents has a position.
+            loop, if the objects without parents are not the robots, or on an origin of an unknown object or in a frame
+            in which none of its parents has a position.
     """
 
     def __init__(
@@ -100,6 +107,7 @@ class InteractionGraph:
         objects: Mapping[str, StateSpace],
         interactions: Sequence[Interaction | tuple[str, str] | str],
         origins: Mapping[str, Origin] | None = None,
+        robots: Sequence[str] = (),
     ) -> None:
         self.objects = dict(objects)
         for name in self.objects:
@@ -124,22 +132,84 @@ class InteractionGraph:
                 raise InputError(f"interaction {edge.name} is declared twice")
             edges[edge] = None
         self.interactions: tuple[Interaction, ...] = tuple(edges)
-        self.root = self._find_root()
-        lost = set(self.objects) - {self.root} - set(nx.descendants(self.digraph, self.root))
+        self.roots = self._find_roots(tuple(robots))
+        self.root = self.roots[0]
+        lost = set(self.objects).difference(self.roots, *(nx.descendants(self.digraph, r) for r in self.roots))
         if lost:
-            raise InputError(f"no interaction leads from {self.root} to {', '.join(sorted(lost))}")
+            raise InputError(f"no interaction leads from {' or '.join(self.roots)} to {', '.join(sorted(lost))}")
         self.origins = dict(origins or {})
         for name, origin in self.origins.items():
             self._check_origin(name, origin)
 
-    def _find_root(self) -> str:
-        roots = [name for name in self.objects if not self.parents(name)]
-        if len(roots) != 1:
+    def _find_roots(self, robots: tuple[str, ...]) -> tuple[str, ...]:
+        found = tuple(name for name in self.objects if not self.parents(name))
+        if robots:
+            if len(set(robots)) != len(robots) or set(robots) != set(found):
+                raise InputError(
+                    f"the robots are declared as {', '.join(robots)}, but the objects without parents are "
+                    f"{', '.join(found) or 'none'}; declare each of these once"
+                )
+            return robots
+        if len(found) != 1:
             raise InputError(
-                f"the graph needs exactly one object without parents (the robot); it has {len(roots)}: "
-                f"{', '.join(roots) or 'none'}"
+                f"the graph needs exactly one object without parents (the robot); it has {len(found)}: "
+                f"{', '.join(found) or 'none'}" + ("; declare several as robots" if found else "")
             )
-        return roots[0]
+        return found
+
+    def acting(self, robot: str) -> InteractionGraph:
+        """The same graph as one of its robots sees it: that is its `root`, the others are objects that stay.
+
+        Raises:
+            InputError: if it is none of the robots.
+        """
+        if robot not in self.roots:
+            raise InputError(f"{robot!r} is no robot of the graph; they are {', '.join(self.roots)}")
+        if robot == self.root:
+            return self
+        other = copy.copy(self)
+        other.root = robot
+        return other
+
+    @cached_property
+    def command(self) -> StateSpace:
+        """What all robots are commanded, one after the other; of several, each variable has its robot's name first."""
+        if len(self.roots) == 1:
+            return self.objects[self.root].observable
+        variables = [
+            replace(v, name=f"{r}:{v.name}", role=None)
+            for r in self.roots
+            for v in self.objects[r].observable.variables
+        ]
+        return StateSpace("robots", tuple(variables))
+
+    def split_command(self, command: FloatArray) -> dict[str, FloatArray]:
+        """The part of each robot, shape (..., n_robot), of a command of all, shape (..., n_command)."""
+        ends = np.cumsum([len(self.objects[r].observable) for r in self.roots])
+        return dict(zip(self.roots, np.split(np.asarray(command, dtype=float), ends[:-1], axis=-1), strict=True))
+
+    def join_command(self, parts: Mapping[str, FloatArray]) -> FloatArray:
+        """The command of all robots, shape (..., n_command), of each one's part, shape (..., n_robot)."""
+        if len(self.roots) == 1:
+            return np.asarray(parts[self.root], dtype=float)
+        return np.concatenate([np.asarray(parts[r], dtype=float) for r in self.roots], axis=-1)
+
+    def only_root(self, what: str) -> str:
+        """The one robot, for what is not possible with several.
+
+        Args:
+            what: that is not, in words.
+
+        Raises:
+            InputError: if there are several.
+        """
+        if len(self.roots) > 1:
+            raise InputError(f"{what} takes one robot; the graph has {', '.join(self.roots)}")
+        return self.root
+
+    def by_robot(self, edge: Interaction) -> bool:
+        """Whether an interaction is one of a robot's own."""
+        return edge.parent in self.roots
 
     def _check_origin(self, name: str, origin: Origin) -> None:
         self._require(name)
@@ -205,9 +275,11 @@ class InteractionGraph:
         """The shortest chain of objects from the robot to the target, both included.
 
         Raises:
-            InputError: if there is no such object.
+            InputError: if there is no such object, or the robot (`root`) does not act on it.
         """
         self._require(target)
+        if not nx.has_path(self.digraph, self.root, target):
+            raise InputError(f"no interaction leads from {self.root} to {target}")
         return tuple(nx.shortest_path(self.digraph, self.root, target))
 
     def chains(self, target: str) -> tuple[tuple[str, ...], ...]:

@@ -68,7 +68,7 @@ def log_spaces(
         say: called with a line on each variable that was guessed.
 
     Raises:
-        InputError: if both are given, a file can't be read, or there is no such object.
+        InputError: if both are given, a file can't be read, there is no such object, or a system has several robots.
     """
     from ichain_drake.demonstrations import read_folder
     from ichain_drake.learning.discovery.graph_file import read_spaces
@@ -78,7 +78,8 @@ def log_spaces(
         raise InputError("--system and --objects: give one of the two")
     if system is not None:
         graph = scenario_alone(system).graph
-        found = LogSpaces({n: s.observable for n, s in graph.objects.items()}, robot or graph.root, system=graph)
+        root = graph.only_root("finding out from logs what acts on what")
+        found = LogSpaces({n: s.observable for n, s in graph.objects.items()}, robot or root, system=graph)
     elif objects is not None:
         spaces, named = read_spaces(objects)
         found = LogSpaces(spaces, robot or named)

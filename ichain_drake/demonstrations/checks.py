@@ -32,7 +32,7 @@ def known_units(graph: InteractionGraph) -> dict[str, str]:
     """Unit of every column that a table may have beside flags, by its name."""
     known = {TIME: "s"}
     known |= {column(o, v.name): v.unit for o, s in graph.objects.items() for v in s.observable.variables}
-    return known | {column(COMMAND, v.name): v.unit for v in graph.objects[graph.root].observable.variables}
+    return known | {column(COMMAND, v.name): v.unit for v in graph.command.variables}
 
 
 def check_columns(demo: Piece, graph: InteractionGraph, objects: Sequence[str] | None) -> None:
@@ -64,7 +64,7 @@ def check_columns(demo: Piece, graph: InteractionGraph, objects: Sequence[str] |
         if unit != known[name]:
             raise InputError(f"{demo.name}: column {name} is in {unit}, but {known[name]} is needed; convert it")
     for obj in (*graph.objects, COMMAND):
-        wanted = graph.objects[graph.root if obj == COMMAND else obj].observable.names
+        wanted = (graph.command if obj == COMMAND else graph.objects[obj].observable).names
         present = [v for v in wanted if column(obj, v) in demo.table]
         if (present or obj in (objects or ())) and len(present) != len(wanted):
             lost = next(v for v in wanted if v not in present)

@@ -71,15 +71,19 @@ def inferred_graph(pieces: Sequence[Demonstration]) -> InteractionGraph:
     object is taken to act on the next.
 
     Raises:
-        InputError: if there is no such column, or the flags make no graph with one robot.
+        InputError: if there is no such column, or the flags make no graph whose robots are those that the
+            command columns name, or the one that nothing acts on.
     """
     variables: dict[str, dict[str, Variable]] = {}
     flags: dict[str, None] = {}
+    robots: dict[str, None] = {}
     for piece in pieces:
         for name in (str(c) for c in piece.table.columns):
             if "->" in name:
                 flags[name] = None
             obj, _, variable = name.partition(".")
+            if obj == COMMAND and ":" in variable:  # of several robots, each by its name
+                robots[variable.partition(":")[0]] = None
             if "->" in name or not variable or "." in variable or obj in ("", COMMAND):
                 continue
             unit = piece.units.get(name, "1")
@@ -99,7 +103,7 @@ def inferred_graph(pieces: Sequence[Demonstration]) -> InteractionGraph:
     names = list(spaces)
     edges = list(flags) or [f"{a}->{b}" for a, b in zip(names[:-1], names[1:], strict=True)]
     try:
-        return InteractionGraph(spaces, edges)
+        return InteractionGraph(spaces, edges, robots=tuple(robots))
     except InputError as error:
         raise InputError(f"the tables alone make no graph ({error}); name the system with --system") from None
 

@@ -61,11 +61,12 @@ def check_plausible(demo: Piece, graph: InteractionGraph) -> None:
 
 
 def _variables(demo: Piece, graph: InteractionGraph) -> Iterator[tuple[str, Variable]]:
-    """Every measured column of a table with its variable; commands are the robot's variables."""
-    for obj, space in graph.objects.items():
-        owners = (obj, COMMAND) if obj == graph.root else (obj,)
-        for variable in space.observable.variables:
-            yield from ((n, variable) for owner in owners if (n := column(owner, variable.name)) in demo.table)
+    """Every measured column of a table with its variable; commands are the robots' variables."""
+    spaces = {**{obj: space.observable for obj, space in graph.objects.items()}, COMMAND: graph.command}
+    for owner, space in spaces.items():
+        for variable in space.variables:
+            if (name := column(owner, variable.name)) in demo.table:
+                yield name, variable
 
 
 def _check_angle(demo: Piece, name: str, variable: Variable, values: FloatArray) -> None:

@@ -62,7 +62,7 @@ class SystemEnvironment(gymnasium.Env[FloatArray, FloatArray]):
         self._path, self._judge = _task(
             scenario, path, [goal] if isinstance(goal, str) and goal else list(goal), lookahead
         )
-        hand = graph.objects[graph.root].observable
+        hand = graph.command
         self._counts = np.array([v.kind in ("binary", "integer") for v in hand.variables])
         self.action_space = gymnasium.spaces.Box(hand.lower, hand.upper, dtype=np.float64)
         self.command_names = hand.names
@@ -126,7 +126,7 @@ class SystemEnvironment(gymnasium.Env[FloatArray, FloatArray]):
         if self._episode is None:
             raise InputError("step: no episode is running; call reset first")
         graph = self.scenario.graph
-        command = graph.objects[graph.root].observable.check(action, "action")
+        command = graph.command.check(action, "action")
         command = np.clip(command, self.action_space.low, self.action_space.high)  # type: ignore[attr-defined]
         self._hand.command = np.where(self._counts, np.round(command), command)
         frames = [self._all("state")]

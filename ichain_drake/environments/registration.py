@@ -10,6 +10,7 @@ SYSTEMS = (
     "driving",
     "hover_game",
     "kettle",
+    "lidded_pot",
     "microwave",
     "ship",
     "two_dispensers",

@@ -32,8 +32,8 @@ class LearnedGraph(Diagram):
     Which interactions are active is part of the context (`set_active`). What was learned for goals tells from there on
     by itself when they begin and end; those of a chain, or of plain forward models, stay as they are set.
 
-    Ports: input `<root>`, the robot's state at t + 1. Outputs `<object>.state`, `<object>.next_state` for every object
-    and the robot, `<object>.active` for every object.
+    Ports: input `<root>` for each robot, its state at t + 1. Outputs `<object>.state`, `<object>.next_state` for every
+    object and robot, `<object>.active` for every object.
 
     Args:
         model: what was learned (see `learn`); or a graph, with `models`.
@@ -61,7 +61,7 @@ class LearnedGraph(Diagram):
         starts = _starts(graph, initial or {})
         flags = {} if isinstance(model, InteractionGraph) or model.chain is not None else model.active(starts)
         for name in graph.objects:
-            if name == graph.root:
+            if name in graph.roots:
                 system = GivenRoot_[float](name, starts[name])
             else:
                 active = np.array([float(flags.get(e, True)) for e in graph.incoming(name)])
@@ -73,7 +73,8 @@ class LearnedGraph(Diagram):
             builder.Connect(parent.GetOutputPort("state"), child.GetInputPort(f"{edge.parent}.now"))
         for group in {id(m): m for m in members.values() if len(m.spaces) > 1}.values():
             self._add_component(builder, group)
-        builder.ExportInput(self.system(graph.root).GetInputPort("next_state"), graph.root)
+        for root in graph.roots:
+            builder.ExportInput(self.system(root).GetInputPort("next_state"), root)
         for name, system in self._systems.items():
             for port in ("state", "next_state", "active"):
                 if system.HasOutputPort(port):
@@ -161,14 +162,14 @@ class LearnedGraph(Diagram):
             context: its states become the default; what is active in it stays so. Default: all interactions active.
 
         Returns:
-            A `SingleGroupAdapter`: input `<root>`, output `state`, all objects' states one after the other (`slices`).
+            A `SingleGroupAdapter`: inputs `<root>`, output `state`, all objects' states one after the other (`slices`).
         """
         own = self.CreateDefaultContext() if context is None else context
         groups = iter(range(own.num_discrete_state_groups()))
         held = []
         for name in self.graph.objects:
             next(groups)  # the state
-            if name != self.graph.root:
+            if name not in self.graph.roots:
                 held.append(next(groups))
         return SingleGroupAdapter_[float](self, own, tuple(held))
 
@@ -188,7 +189,7 @@ def _members(
         _check_models(graph, models)
     found: dict[str, Members] = {}
     for names in graph.components:
-        if names == (graph.root,):
+        if names[0] in graph.roots:
             continue
         if learned is not None:
             members: Members = ModelMembers(learned, names)

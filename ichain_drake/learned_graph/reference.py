@@ -85,8 +85,8 @@ class LearnedGraphReference:
             The states at t + 1.
         """
         on = [e for e in self.graph.interactions if active is None or active[e]]
-        after = {self.graph.root: np.asarray(root_next)}
-        for name in sweep_order([n for n in self.graph.objects if n != self.graph.root], on):
+        after = {name: np.asarray(states[name]) for name in self.graph.roots} | {self.graph.root: np.asarray(root_next)}
+        for name in sweep_order([n for n in self.graph.objects if n not in self.graph.roots], on):
             effects = []
             for edge in (e for e in self.graph.incoming(name) if active is None or active[e]):
                 model, child = self.models[edge], states[name]

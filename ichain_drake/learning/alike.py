@@ -57,11 +57,11 @@ def groups_of(
         graph: the interaction graph.
         incoming: interactions that act on each object, in the order in which their effects are added.
         learned: what was learned about each interaction.
-        passive: passive dynamics of each object but the root.
+        passive: passive dynamics of each object but the robots.
     """
-    depth, found = {graph.root: 0}, dict[Any, list[Part]]()
+    depth, found = dict.fromkeys(graph.roots, 0), dict[Any, list[Part]]()
     for members in graph.components:
-        if members == (graph.root,):
+        if members[0] in graph.roots:
             continue
         edges = tuple(e for n in members for e in incoming[n])
         part = Part(members, tuple(dict.fromkeys([*members, *(e.parent for e in edges)])), edges)

@@ -23,14 +23,14 @@ def rings_of(graph: InteractionGraph) -> list[Ring]:
 def sweeps_of(
     graph: InteractionGraph, incoming: Mapping[str, Sequence[Interaction]], order: Sequence[Interaction]
 ) -> dict[tuple[str, ...], tuple[str, ...]]:
-    """In which order the members of each cycle are advanced: those nearest to the root first.
+    """In which order the members of each cycle are advanced: those nearest to a robot first.
 
     Args:
         graph: the interaction graph.
         incoming: interactions that act on each object, in canonical order.
         order: all interactions in canonical order, which decides between equals.
     """
-    far = nx.single_source_shortest_path_length(graph.digraph, graph.root)
+    far = nx.multi_source_dijkstra_path_length(graph.digraph, set(graph.roots))
     place = {e: k for k, e in enumerate(order)}
     return {
         members: tuple(sorted(members, key=lambda n: (far[n], place[incoming[n][0]])))

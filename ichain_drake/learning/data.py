@@ -106,9 +106,9 @@ def collect(pieces: Sequence[Demonstration], graph: InteractionGraph, known: Col
 
     # What one piece says must not be counted twice, nor be left out and known from the other.
     first: dict[tuple[tuple[str, ...], ...], str] = {}
-    copies = {p.name: first[k] for p in read if first.setdefault(k := _piece_key(p, graph.root), p.name) != p.name}
+    copies = {p.name: first[k] for p in read if first.setdefault(k := _piece_key(p, graph.roots), p.name) != p.name}
     read = [p for p in read if p.name not in copies]
-    ordered = tuple(sorted(read, key=lambda p: _piece_key(p, graph.root)))
+    ordered = tuple(sorted(read, key=lambda p: _piece_key(p, graph.roots)))
     keys = {
         n: [_digest(np.concatenate([p.states[n][:, i] for p in ordered])) for i in range(len(space))]
         for n, space in spaces.items()
@@ -126,8 +126,9 @@ def _digest(values: NDArray) -> str:
     return hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest()
 
 
-def _piece_key(piece: Piece, root: str) -> tuple[tuple[str, ...], ...]:
-    """The root and the flags first: no camera turns their numbers, so that it doesn't reorder the pieces either."""
-    own = [_digest(column) for column in piece.states[root].T] + [_digest(f) for f in piece.flags.values()]
-    others = [_digest(column) for name, states in piece.states.items() if name != root for column in states.T]
+def _piece_key(piece: Piece, roots: Collection[str]) -> tuple[tuple[str, ...], ...]:
+    """The robots and the flags first: no camera turns their numbers, so that it doesn't reorder the pieces either."""
+    own = [_digest(column) for root in roots for column in piece.states[root].T]
+    own += [_digest(f) for f in piece.flags.values()]
+    others = [_digest(column) for name, states in piece.states.items() if name not in roots for column in states.T]
     return tuple(sorted(own)), tuple(sorted(others))

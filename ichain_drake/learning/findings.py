@@ -82,7 +82,7 @@ def _copies(data: GraphData) -> list[Finding]:
 def _still(data: GraphData) -> list[Finding]:
     found = []
     for obj, space in data.spaces.items():
-        if obj == data.graph.root:  # what it doesn't use it holds
+        if obj in data.graph.roots:  # what it doesn't use it holds
             continue
         values = data.stacked(obj)
         for i, name in enumerate(space.names):

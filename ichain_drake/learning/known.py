@@ -99,9 +99,10 @@ class KnownParts:
     def is_whole(self, graph: InteractionGraph) -> bool:
         """Whether nothing of a graph is left to be learned."""
         passive = all(
-            n in self.objects and self.objects[n].passive is not None for n in graph.objects if n != graph.root
+            n in self.objects and self.objects[n].passive is not None for n in graph.objects if n not in graph.roots
         )
-        return passive and graph.root in self.objects and all(e in self.edges for e in graph.interactions)
+        robots = all(n in self.objects for n in graph.roots)
+        return passive and robots and all(e in self.edges for e in graph.interactions)
 
 
 def typical_row(states: FloatArray) -> FloatArray:

@@ -124,7 +124,7 @@ def _learn(
     data = collect(pieces, graph, known.edges)
     about, taken = known.objects, known.edges
     noise = {n: about[n].noise if n in about else measurement_std(data, n) for n in data.spaces}
-    children = [n for n in graph.objects if n != graph.root]
+    children = [n for n in graph.objects if n not in graph.roots]
     alignments = {e: taken[e].alignment if e in taken else learn_alignment(data, e, noise) for e in data.edges}
     passive = {n: _passive(known, n) or learn_passive(data, n, spec, noise) for n in children}
     effects = {e: learned.effects for e, learned in taken.items()}

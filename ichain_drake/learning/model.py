@@ -40,7 +40,7 @@ class InteractionModel:
     Attributes:
         graph: the interaction graph.
         edges: what was learned about each interaction.
-        passive: passive dynamics of each object but the root.
+        passive: passive dynamics of each object but the robots.
         low, high: range of each object's states in the demonstrations, shape (n_variables,).
         step_limit: largest change in a tick that the demonstrations show, shape (n_variables,).
         order: interactions in canonical order, in which effects are added up.
@@ -120,6 +120,15 @@ class InteractionModel:
         """Simulated time of the robot that recording an interaction's demonstrations took, with others' [s]."""
         return self.known.robot_seconds.get(edge, self.robot_seconds)
 
+    def acting(self, robot: str) -> InteractionModel:
+        """The same model as one of several robots sees it; see `InteractionGraph.acting`.
+
+        Raises:
+            InputError: if the graph has no such robot.
+        """
+        graph = self.graph.acting(robot)
+        return self if graph is self.graph else replace(self, graph=graph)
+
     def decide(self, edge: Interaction, states: States) -> FloatArray:
         """Decision value of an interaction's status, shape (...): >= 0 means active.
 
@@ -169,7 +178,7 @@ class InteractionModel:
     def step(
         self,
         states: States,
-        root_next: ArrayLike,
+        root_next: ArrayLike | Mapping[str, ArrayLike],
         active: Status | None = None,
         previous: Status | None = None,
         time: float | None = None,
@@ -184,7 +193,7 @@ class InteractionModel:
 
         Args:
             states: of every object at t, shape (..., n_variables).
-            root_next: state of the root at t + 1, shape (..., n_root).
+            root_next: state of the root at t + 1, shape (..., n_root); or of several robots, by name. Others stay.
             active: status to take as given, for some interactions.
             previous: status at t, for some interactions.
             time: at the tick's end, named in the error [s].
@@ -198,9 +207,12 @@ class InteractionModel:
             ActiveCycleError: if interactions that are active at t + 1 form a cycle.
         """
         every = tuple(self.graph.objects)
-        joined = {**states, "": np.asarray(root_next, dtype=float)}
-        rows, shape = flatten(joined, (*every, ""), self.graph, {"": self.graph.root})
-        after = {self.graph.root: rows.pop("")}
+        ahead = root_next if isinstance(root_next, Mapping) else {self.graph.root: root_next}
+        owners = {f"->{name}": name for name in ahead}  # no object is called so
+        joined = {**states, **{key: np.asarray(ahead[name], dtype=float) for key, name in owners.items()}}
+        rows, shape = flatten(joined, (*every, *owners), self.graph, owners)
+        after = {name: rows.pop(key) for key, name in owners.items()}
+        after |= {name: rows[name] for name in self.graph.roots if name not in after}
         n = len(after[self.graph.root])
         on: dict[Interaction, BoolArray] = {}
         if self.chain is not None:

@@ -83,9 +83,9 @@ def _of_graph(model: InteractionModel, pieces: Sequence[Demonstration]) -> Rows:
     for piece in collect(pieces, graph, graph.interactions).pieces:
         now = {n: s[:-1] for n, s in piece.states.items()}
         flags = {e: f[1:] for e, f in piece.flags.items()}
-        ahead, _ = model.step(now, piece.states[graph.root][1:], flags, strict=False)
+        ahead, _ = model.step(now, {r: piece.states[r][1:] for r in graph.roots}, flags, strict=False)
         for child in graph.objects:
-            if child != graph.root:
+            if child not in graph.roots:
                 yield from _of_object(model, piece, child, ahead[child])
 
 

@@ -7,6 +7,7 @@ from ichain_drake.objects.controls.joystick import Joystick, JoystickMount
 from ichain_drake.objects.controls.wheel import Wheel, WheelMount
 from ichain_drake.objects.parts.button import Button, ButtonMount
 from ichain_drake.objects.parts.food import Food, FoodSettings, OvenSettings
+from ichain_drake.objects.parts.lid import Lid, LidMount
 from ichain_drake.objects.parts.oven_part import Dial, OvenPart, PartMount, SlidingPart
 from ichain_drake.objects.region import Region
 from ichain_drake.objects.vehicles.car import Car, CarParameters
@@ -15,7 +16,9 @@ from ichain_drake.objects.vehicles.road_car import RoadCar, RoadCarParameters
 from ichain_drake.objects.vehicles.ship import Ship, ShipParameters
 from ichain_drake.objects.vessels.cup import Cup
 from ichain_drake.objects.vessels.cup_settings import CupFaults, CupSettings, Surface
+from ichain_drake.objects.vessels.jug import Jug, JugSettings
 from ichain_drake.objects.vessels.kettle import Kettle, KettleSettings
+from ichain_drake.objects.vessels.pot import Pot, PotSettings
 from ichain_drake.objects.vessels.tank import Tank, TankSettings
 
 __all__ = [
@@ -35,12 +38,18 @@ __all__ = [
     "HovercraftParameters",
     "Joystick",
     "JoystickMount",
+    "Jug",
+    "JugSettings",
     "Kettle",
     "KettleSettings",
+    "Lid",
+    "LidMount",
     "ObjectSettings",
     "OvenPart",
     "OvenSettings",
     "PartMount",
+    "Pot",
+    "PotSettings",
     "Region",
     "RoadCar",
     "RoadCarParameters",

@@ -82,8 +82,8 @@ def world_names(graph: InteractionGraph) -> tuple[str, ...]:
 
 
 def command_names(graph: InteractionGraph) -> tuple[str, ...]:
-    """Names of what is commanded: the root's observable variables."""
-    return tuple(f"{graph.root}.{v}" for v in graph.objects[graph.root].observable.names)
+    """Names of what is commanded: the robots' observable variables."""
+    return tuple(f"{root}.{v}" for root in graph.roots for v in graph.objects[root].observable.names)
 
 
 def opened(address: str) -> DrakeLcm:

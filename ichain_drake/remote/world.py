@@ -53,11 +53,14 @@ class RemoteObject(LeafSystem):
 
 
 class RemoteRobot(RemoteObject):
-    """The robot: also input `hand_command`, which is sent in each frame, after whoever decides has decided."""
+    """The robot: also input `hand_command`, which is sent in each frame, after whoever decides has decided.
+
+    Of several robots it is the first, and sends the commands of all.
+    """
 
     def __init__(self, graph: InteractionGraph, link: RobotLink) -> None:
-        super().__init__(graph.root, graph, link)
-        self._command = self.DeclareVectorInputPort("hand_command", len(graph.objects[graph.root].observable))
+        super().__init__(graph.roots[0], graph, link)
+        self._command = self.DeclareVectorInputPort("hand_command", len(graph.command))
         self.DeclareVectorOutputPort("delay", 1, self._calc_delay, {self.time_ticket()})
         self.DeclarePeriodicDiscreteUpdateEvent(FRAME, 0.0, self._send)
 
@@ -84,7 +87,8 @@ class RemoteWorld(World):
         Diagram.__init__(self)
         self.graph, self.link = graph, link
         self.robot: System = RemoteRobot(graph, link)
-        self._others = {n: RemoteObject(n, graph, link) for n in graph.objects if n != graph.root}
+        self._others = {n: RemoteObject(n, graph, link) for n in graph.objects if n != graph.roots[0]}
+        self.robots = {n: self.system(n) for n in graph.roots}
         self.objects = {}
         builder = DiagramBuilder()
         for name in graph.objects:
@@ -97,7 +101,7 @@ class RemoteWorld(World):
 
     def system(self, name: str) -> System:
         """The system of an object or of the robot."""
-        return self.robot if name == self.graph.root else self._others[name]
+        return self.robot if name == self.graph.roots[0] else self._others[name]
 
     def report(self) -> dict[str, float | int]:
         """How the line was: frames that were lost or late, and the time from a command to its echo [ms]."""

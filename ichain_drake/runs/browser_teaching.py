@@ -150,7 +150,8 @@ class TeachingSession:
         self._restarts += 1
         world = self._seat.world(number)
         context = world.CreateDefaultContext()
-        hand = np.array(world.robot.GetOutputPort("state").Eval(world.robot.GetMyContextFromRoot(context)))
+        states = {r: world.GetOutputPort(f"{r}.state").Eval(context) for r in world.graph.roots}
+        hand = np.array(world.graph.join_command(states))
         self._person = Person(hand)
         self._episode = Episode(world, self._person)
         self._command, self._count = hand, 0
@@ -167,7 +168,8 @@ class TeachingSession:
         for name in sorted(self.view.controls.pressed(), key=lambda n: n not in (RESTART.name, DISCARD.name)):
             self._press(name)
         robot = self._graph.root
-        self._command = self._seat.command(axes, self._command, self._episode.value(robot, "state"))
+        hand = self._graph.join_command({r: self._episode.value(r, "state") for r in self._graph.roots})
+        self._command = self._seat.command(axes, self._command, hand)
         if self._count % FRAMES_PER_TICK == 0:
             self._person.send(self._episode.context, self._command)
         self._episode.simulator.AdvanceTo((self._count + 1) * FRAME)

@@ -91,8 +91,8 @@ def _figures(pieces: Sequence[Demonstration], graph: InteractionGraph, method: s
     else:
         raw, spaces = [raw_piece(p, graph) for p in pieces], {n: s.observable for n, s in graph.objects.items()}
     if method == LABELS:
-        return scores(search(raw, spaces, graph.root, graph.interactions), pieces, graph)
-    found = discover_graph(raw, spaces, graph.root).found
+        return scores(search(raw, spaces, graph.only_root("inferring flags"), graph.interactions), pieces, graph)
+    found = discover_graph(raw, spaces, graph.only_root("finding edges")).found
     if method == EDGES:
         return scores(found, pieces, graph)
     # What acts on a distractor (on the follower the robot does) is no mistake.

@@ -39,7 +39,7 @@ def write_rerun_of(run: PathRun | GraphRun, file: Path) -> list[Path]:
     if not logs:
         return []
     scenario, graph = run.scenario, run.scenario.graph
-    units: dict[Signal, str] = {("command", v.name): v.unit for v in graph.objects[graph.root].observable.variables}
+    units: dict[Signal, str] = {("command", v.name): v.unit for v in graph.command.variables}
     for name, space in graph.objects.items():
         units |= {("measured", name, v.name): v.unit for v in space.observable.variables}
     write_rerun(
@@ -60,7 +60,7 @@ def _got_and_given(log: EpisodeLog, graph: InteractionGraph) -> dict[Signal, Flo
     for name, space in graph.objects.items():
         for i, variable in enumerate(space.observable.names):
             found["measured", name, variable] = log.measured[name][:, i]
-    hand = graph.objects[graph.root].observable.names
+    hand = graph.command.names
     return found | {("command", variable): log.command[:, i] for i, variable in enumerate(hand)}
 
 

@@ -39,6 +39,7 @@ FIRST_DEMONSTRATION = 900
 never theirs."""
 
 _STARTS, _FAULTS = 0, 1  # purposes of random numbers
+_IDEAL_ALONE = "{}: physics {} has one arm, and it has several hands ({}); choose ideal"
 _OPEN = 0.08  # m between the fingers of a hand that is drawn open
 
 
@@ -125,6 +126,14 @@ class GraphScenario(Scenario, Generic[StartT]):
         """The full hand state that a world starts from, shape (7,): at home unless overridden."""
         return self.config.robot.home_hand()
 
+    def robots(self) -> Mapping[str, RobotSpec]:
+        """The robots by name; override it, and `start_hands`, where the graph has several: in `ideal` alone."""
+        return {self.graph.root: self.config.robot}
+
+    def start_hands(self, start: StartT) -> Mapping[str, FloatArray]:
+        """The full hand state that each robot starts from, shape (7,) each."""
+        return {self.graph.root: self.start_hand(start)}
+
     def make_motion(self) -> Motion | None:
         """Ways of the hand around what stands in its way; None for straight lines."""
         return None
@@ -133,15 +142,7 @@ class GraphScenario(Scenario, Generic[StartT]):
         """See `Scenario`; here the hand, where no plant shows it."""
         if self.physics != "ideal":
             return {}
-        spec = self.config.robot.hand
-        if "grip" not in spec.space.names:
-            return {self.graph.root: HandDrawing(lambda state: (hand_pose(spec.full(state)), _OPEN))}
-        grip, closes_by = spec.space.index("grip"), self.closes_by
-        return {
-            self.graph.root: HandDrawing(
-                lambda state: (hand_pose(spec.full(state)), _OPEN - closes_by * round(state[grip]))
-            )
-        }
+        return {name: _drawn_hand(spec, self.closes_by) for name, spec in self.robots().items()}
 
     # What all of them share.
 
@@ -151,9 +152,9 @@ class GraphScenario(Scenario, Generic[StartT]):
         Args:
             start: the hand's exposed variables at the start, shape (n_hand,); default at home.
         """
-        hand = self.config.robot.hand
-        at_start = hand.reduce(self.config.robot.home_hand()) if start is None else start
-        return HandCommands(hand.space.names, at_start)
+        spec = next(iter(self.robots().values()))
+        at_start = spec.hand.reduce(spec.home_hand()) if start is None else start
+        return HandCommands(spec.hand.space.names, at_start)
 
     def check_config(self) -> None:
         """Refuse faults that the physics can't have."""
@@ -199,28 +200,35 @@ class GraphScenario(Scenario, Generic[StartT]):
             faulty: whether the configured fault happens.
 
         Raises:
-            InputError: in `contact`, if no object has a body to touch.
+            InputError: in `contact`, if no object has a body to touch; with several robots in any physics but `ideal`.
         """
         physics = physics or self.physics
+        if physics != "ideal" and len(self.graph.roots) > 1:
+            raise InputError(_IDEAL_ALONE.format(self.name, physics, " and ".join(self.graph.roots)))
         seed, faults = self.seed * _RUNS_PER_SEED + run, self.draw_faults(run) if faulty else Faults()
         bodies = self.bodies(start, faults)
         if physics == "contact" and not bodies:
             raise InputError(f"{self.name}: no object has a body that a hand could touch; choose ideal or arm")
         moves = tuple(Displacement(time, x, y, faults.away, self.spared) for time, x, y in faults.knocks)
         displacements = dict.fromkeys(self.displaced, moves) if moves else None
-        robot = build_robot(
-            self._robot_spec(), physics, bodies, seed, start=self.start_hand(start), displacements=displacements
-        )
+        hands, several = self.start_hands(start), len(self.graph.roots) > 1
+        robots = {
+            name: build_robot(
+                self._noisy(spec), physics, bodies, seed, k if several else 0,
+                start=hands[name], displacements=displacements,
+            )
+            for k, (name, spec) in enumerate(self.robots().items())
+        }  # fmt: skip
+        robot = robots[self.graph.root]
         touched = bodies if isinstance(robot, ArmRobot) and physics == "contact" else {}
         sizes = {name: robot.body_size(name) for name in touched}  # type: ignore[union-attr] # an ArmRobot
         make = ObjectMaker(self.graph, seed, self.config.noise.scale, sizes, faults)
-        return World(self.graph, robot, dict(self.make_objects(start, make)))
+        return World(self.graph, robots, dict(self.make_objects(start, make)))
 
-    def _robot_spec(self) -> RobotSpec:
-        """The robot with its sensor noise at this run's scale."""
-        hand = self.config.robot.hand
-        noise = {name: self.config.noise.scale * std for name, std in hand.noise_std.items()}
-        return dataclasses.replace(self.config.robot, hand=dataclasses.replace(hand, noise_std=noise))
+    def _noisy(self, spec: RobotSpec) -> RobotSpec:
+        """A robot with its sensor noise at this run's scale."""
+        noise = {name: self.config.noise.scale * std for name, std in spec.hand.noise_std.items()}
+        return dataclasses.replace(spec, hand=dataclasses.replace(spec.hand, noise_std=noise))
 
     def record_demonstrations(
         self, progress: Progress | None = None, known: Collection[str] = ()
@@ -256,5 +264,13 @@ class GraphScenario(Scenario, Generic[StartT]):
         return world.robot if isinstance(world.robot, Diagram) else None
 
     def seats(self) -> Mapping[str, Seat]:
-        """The hand."""
-        return {self.graph.root: hand_seat(self, lambda run: self.build_world(self.start(run), run))}
+        """The hand; of several each by itself, while the others stay."""
+        return {n: hand_seat(self, lambda run: self.build_world(self.start(run), run), n) for n in self.graph.roots}
+
+
+def _drawn_hand(spec: RobotSpec, closes_by: float) -> HandDrawing:
+    hand = spec.hand
+    if "grip" not in hand.space.names:
+        return HandDrawing(lambda state: (hand_pose(hand.full(state)), _OPEN))
+    grip = hand.space.index("grip")
+    return HandDrawing(lambda state: (hand_pose(hand.full(state)), _OPEN - closes_by * round(state[grip])))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Self
 
 import numpy as np
@@ -112,3 +112,34 @@ class HandCommands:
         if name not in self._index:
             raise InputError(f"hand commands: the hand has no {name}; it has {', '.join(self._index)}")
         return self._index[name]
+
+
+class SeveralHands:
+    """Lays out the commands of several hands, which move one after the other: each waits while another one moves.
+
+    Args:
+        names: of each hand's exposed variables; see `HandCommands`.
+        starts: their values at the start, shape (n_hand,), by the hand, in the order of the graph's robots.
+
+    Raises:
+        InputError: if there is not one value a name.
+    """
+
+    def __init__(self, names: Sequence[str], starts: Mapping[str, Sequence[float] | FloatArray]) -> None:
+        self._hands = {hand: HandCommands(names, start) for hand, start in starts.items()}
+
+    def __getitem__(self, hand: str) -> HandCommands:
+        """One of the hands, from when all have done what was laid out."""
+        self._wait()
+        return self._hands[hand]
+
+    def _wait(self) -> None:
+        longest = max(len(hand.commands) for hand in self._hands.values())
+        for hand in self._hands.values():
+            hand.wait(longest - len(hand.commands))
+
+    @property
+    def commands(self) -> FloatArray:
+        """What was laid out, shape (n_ticks, n_command): the hands one after the other."""
+        self._wait()
+        return np.concatenate([hand.commands for hand in self._hands.values()], axis=-1)

@@ -42,7 +42,7 @@ class ScriptedPiece(Generic[StartT]):
         Raises:
             InputError: if they are not; names the piece.
         """
-        hand = graph.objects[graph.root].observable
+        hand = graph.command
         names = [e.name for e in graph.interactions]
         for shown in self.shows:
             if shown not in names:

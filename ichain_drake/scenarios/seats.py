@@ -79,8 +79,8 @@ class HandSeat(Seat):
     """Axes are speeds of the hand's variables, binary ones are toggled: let go, and the hand stays.
 
     Attributes:
-        space: of the robot object.
-        moved: index of the variable that each axis moves.
+        space: of the command: of the robot object, or of all robots.
+        moved: index in it of the variable that each axis moves.
     """
 
     space: StateSpace = field(kw_only=True)
@@ -137,26 +137,30 @@ def _axis(name: str, space: StateSpace, index: int) -> Axis:
     return Axis(name, *known[role.axis])
 
 
-def hand_seat(scenario: Drivable, world: Callable[[int], World]) -> HandSeat:
-    """The hand itself, variable by variable, in the scenario's physics.
+def hand_seat(scenario: Drivable, world: Callable[[int], World], robot: str = "") -> HandSeat:
+    """The hand itself, variable by variable, in the scenario's physics; other hands stay where they are.
 
     Args:
         scenario: its robot is driven.
         world: see `Seat`.
+        robot: which of several; default the first.
     """
-    root = scenario.graph.root
-    space = scenario.graph.objects[root]
+    graph = scenario.graph
+    root = robot or graph.root
+    space = graph.objects[root].observable
+    first = sum(len(graph.objects[r].observable) for r in graph.roots[: graph.roots.index(root)])
     moved = tuple(i for i, v in enumerate(space.variables) if v.kind != "binary" and v.unit in _SPEED)
     axes = tuple(_axis(f"{root} {space.names[i]}", space, i) for i in moved)
     keys = ["KeyG", "KeyH", "KeyJ"]
-    binary = [v.name for v in space.variables if v.kind == "binary"]
+    binary = [graph.command.names[first + i] for i, v in enumerate(space.variables) if v.kind == "binary"]
     toggles = tuple(
         PageButton(name, keys[i] if i < len(keys) else "", f"{name}: on, off", 5 + i) for i, name in enumerate(binary)
     )
-    objects = tuple(scenario.graph.objects)
+    places = tuple(first + i for i in moved)
     return HandSeat(
-        root, world, scenario.drawings, scenario.drawn_plant, objects, axes, toggles, space=space, moved=moved
-    )
+        root, world, scenario.drawings, scenario.drawn_plant, tuple(graph.objects), axes, toggles,
+        space=graph.command, moved=places,
+    )  # fmt: skip
 
 
 def place_seat(

@@ -45,11 +45,12 @@ class FrameLog:
         self._derived: dict[str, _Derived] = {}
         self._made: dict[str, tuple[list[FloatArray], FloatArray]] = {}
         ports: dict[str, OutputPort] = {"command": commander.GetOutputPort("hand_command")}
-        for key in ("setpoint", "plant_positions"):
+        several = [f"{name}.setpoint" for name in world.graph.roots]
+        for key in ("setpoint", "plant_positions", *several):
             if world.HasOutputPort(key):
                 ports[key] = world.GetOutputPort(key)
         for name in world.graph.objects:
-            self._derive(name, world.system(name))
+            self._derive(name, world.system(name), own=len(world.graph.roots) > 1)
             for port in ("state", "measured", "active"):
                 key = f"{name}.{port}"
                 if world.HasOutputPort(key) and key not in self._derived:
@@ -66,12 +67,14 @@ class FrameLog:
             self._places[key], end = slice(end, end + port.size()), end + port.size()
         self._sink = LogVectorOutput(joined.get_output_port(), builder, FRAME)
 
-    def _derive(self, name: str, system: System) -> None:
+    def _derive(self, name: str, system: System, *, own: bool) -> None:
+        """Note what follows from what is logged; `own`: of several robots each has its own set-point."""
         state, measured = f"{name}.state", f"{name}.measured"
         if isinstance(system, WorldObject) and not system.settings.dropouts:
             self._derived[measured] = _Derived((state,), lambda frames, of: system.readings(of[0], frames))
         elif isinstance(system, (ArmRobot, IdealHand)):
-            places = ("setpoint", "plant_positions") if isinstance(system, ArmRobot) else ("setpoint",)
+            target = f"{name}.setpoint" if own else "setpoint"
+            places = (target, "plant_positions") if isinstance(system, ArmRobot) else (target,)
             self._derived[state] = _Derived(places, lambda _, of: system.states(*of))
             sensor = system.measurement
             self._derived[measured] = _Derived((state,), lambda frames, of: sensor.readings(of[0], frames))

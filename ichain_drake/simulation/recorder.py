@@ -69,7 +69,7 @@ def record(
         world: the world; its default context is where the piece starts.
         commander: sends hand commands.
         ticks: transitions to record.
-        objects: whose measurements go into the table; commands are recorded if the robot is among them.
+        objects: whose measurements go into the table; commands are recorded if the robots are among them.
         name: of the piece.
 
     Returns:
@@ -121,7 +121,7 @@ def tabulate(graph: InteractionGraph, log: EpisodeLog, objects: Sequence[str], n
     Args:
         graph: the interaction graph.
         log: of the world, a row per frame.
-        objects: whose measurements go into the table; commands are recorded if the robot is among them.
+        objects: whose measurements go into the table; commands are recorded if the robots are among them.
         name: of the piece.
     """
     rows = slice(0, None, FRAMES_PER_TICK)
@@ -132,10 +132,10 @@ def tabulate(graph: InteractionGraph, log: EpisodeLog, objects: Sequence[str], n
         for i, variable in enumerate(graph.objects[obj].observable.variables):
             data[column(obj, variable.name)] = log.measured[obj][rows, i]
             units[column(obj, variable.name)] = variable.unit
-    if graph.root in objects:
+    if set(graph.roots) <= set(objects):
         # Logged just before the update of the same instant: the command in force from a row on is in the next frame.
         after = np.minimum(np.arange(count) * FRAMES_PER_TICK + 1, len(log.times) - 1)
-        for i, variable in enumerate(graph.objects[graph.root].observable.variables):
+        for i, variable in enumerate(graph.command.variables):
             data[column(COMMAND, variable.name)] = log.command[after, i]
             units[column(COMMAND, variable.name)] = variable.unit
     for edge in graph.interactions:

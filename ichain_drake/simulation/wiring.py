@@ -171,7 +171,9 @@ def look(world: World) -> States:
 
 
 def start_command(world: World) -> FloatArray:
-    """The robot's state at the start of a run, shape (n_root,)."""
-    context = world.CreateDefaultContext()
-    state = world.GetOutputPort(f"{world.graph.root}.state").Eval(context)
-    return np.asarray(state, dtype=float)[world.graph.objects[world.graph.root].observable_indices]
+    """The robot's state at the start of a run, shape (n_root,); of several robots, one after the other."""
+    context, graph, parts = world.CreateDefaultContext(), world.graph, {}
+    for name in graph.roots:
+        state = np.asarray(world.GetOutputPort(f"{name}.state").Eval(context), dtype=float)
+        parts[name] = state[graph.objects[name].observable_indices]
+    return graph.join_command(parts)

@@ -14,6 +14,7 @@ from ichain_drake.systems.driving.scenario import Driving
 from ichain_drake.systems.hover_game.scenario import HoverGame
 from ichain_drake.systems.kettle.scenario import KettleScenario
 from ichain_drake.systems.kinder.stick_button import STICK_BUTTONS
+from ichain_drake.systems.lidded_pot.scenario import LiddedPot
 from ichain_drake.systems.microwave.scenario import Microwave
 from ichain_drake.systems.own import is_own, own_scenario
 from ichain_drake.systems.ship.scenario import ShipVoyage
@@ -27,6 +28,7 @@ SCENARIOS: dict[str, type[Scenario]] = {
     Driving.name: Driving,
     HoverGame.name: HoverGame,
     KettleScenario.name: KettleScenario,
+    LiddedPot.name: LiddedPot,
     Microwave.name: Microwave,
     ShipVoyage.name: ShipVoyage,
     TwoDispensers.name: TwoDispensers,

@@ -28,6 +28,8 @@ class WorldRows:
 
     def __init__(self, worlds: Sequence[World]) -> None:
         first = worlds[0]
+        if any(len(w.graph.roots) > 1 for w in worlds):
+            raise NotTogetherError("worlds with one hand are calculated together")
         self.graph, self._frame = first.graph, 0
         hands = [w.robot for w in worlds if type(w) is World and type(w.robot) is IdealHand]
         if len(hands) < len(worlds) or any(unlike(vars(hands[0].motion), vars(h.motion)) for h in hands):

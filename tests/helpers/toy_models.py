@@ -58,6 +58,14 @@ class ToyModel:
         other.noise = noise
         return other
 
+    def acting(self, robot: str) -> ToyModel:
+        other = copy.copy(self)
+        other.graph = self.graph.acting(robot)
+        return other
+
+    def customary(self, edge: Interaction) -> tuple[str, ...]:
+        return ()
+
     def decide(self, edge, states):
         return self.gates[edge]({n: np.atleast_2d(v) for n, v in states.items()}).reshape(
             np.shape(states[edge.child])[:-1]
@@ -76,7 +84,9 @@ class ToyModel:
         return self.acts[edge](states[edge.parent], np.asarray(parent_next), states[edge.child])
 
     def step(self, states, root_next, active=None, *, strict=True):
-        after, on = {self.graph.root: np.array(root_next, dtype=float)}, {}
+        after, on = {r: np.array(states[r], dtype=float) for r in self.graph.roots}, {}
+        given = root_next if isinstance(root_next, Mapping) else {self.graph.root: root_next}
+        after |= {name: np.array(value, dtype=float) for name, value in given.items()}
         for child in self.passive:
             now, space = states[child], self.graph.objects[child].observable
             kinds = np.array([v.kind for v in self.passive[child].variables])
@@ -199,4 +209,52 @@ TAP_START = {
     "tap": np.zeros(1),
     "tank": np.array([0.8, 0.0]),
     "cup": np.array([0.2, 0.05]),
+}
+
+
+def two_hands() -> ToyModel:
+    """Two robots, a flap at y = 0 that a spring shuts, a valve at y = 1: a bucket fills while both are open."""
+    slider, robot = StateSpace("slider", (X,)), StateSpace("robot", (X, Variable("y", "m"), GRIP))
+    spaces = {"one": robot, "other": robot, "flap": slider, "valve": slider}
+    spaces["bucket"] = StateSpace("bucket", (Variable("filled", lower=0.0, upper=1.0),))
+    mine = [f"{r}->{n}" for n in ("flap", "valve") for r in ("one", "other")]
+    graph = InteractionGraph(spaces, [*mine, "flap->bucket", "valve->bucket"], robots=("one", "other"))
+    away = [0.5, 0.5, 0.0]
+
+    def at(flap: float = 0.0, valve: float = 0.0, **robots: list[float]) -> dict[str, list[float]]:
+        return {"one": away, "other": away, "flap": [flap], "valve": [valve], "bucket": [0.2]} | robots
+
+    def holds(robot: str, y: float) -> Gate:
+        return lambda s: np.minimum(near(s, robot, "flap" if y == 0.0 else "valve"), 0.2 - np.abs(s[robot][:, 1] - y))
+
+    ajar = lambda s: s["flap"][:, 0] - 0.3  # noqa: E731
+    fills = lambda s: np.minimum(s["valve"][:, 0] - 0.5, ajar(s))  # noqa: E731
+    gates: dict[str, Gate] = {"flap->bucket": ajar, "valve->bucket": fills}
+    acts: dict[str, Act] = {
+        "flap->bucket": lambda p, q, c: np.zeros_like(c),
+        "valve->bucket": lambda p, q, c: np.full_like(c, 0.02) * (q[..., :1] > 0.5),
+    }
+    samples: dict[str, list[dict[str, list[float]]]] = {"flap->bucket": [], "valve->bucket": []}
+    let_go = {}
+    for me, it in (("one", "other"), ("other", "one")):
+        opens = [at(v, **{me: [v, 0.0, 1.0]}) for v in (0.1, 0.4, 0.6)]
+        turns = [at(0.0, v, **{me: [v, 1.0, 1.0]}) for v in (0.0, 0.4, 0.9)]
+        both = [at(0.6, v, **{it: [0.6, 0.0, 1.0], me: [v, 1.0, 1.0]}) for v in (0.2, 0.7, 0.9)]
+        gates |= {f"{me}->flap": holds(me, 0.0), f"{me}->valve": holds(me, 1.0)}
+        acts |= {f"{me}->flap": lambda p, q, c: q[..., :1].copy(), f"{me}->valve": moved}
+        samples |= {f"{me}->flap": opens, f"{me}->valve": [*turns, *both]}
+        samples["flap->bucket"] += [*opens[1:], *both]
+        samples["valve->bucket"] += both[1:]
+        let_go[f"{me}->flap"] = [at(0.0, 0.0, **{me: [v, 0.0, 0.0]}) for v in (0.4, 0.6)]
+        let_go[f"{me}->valve"] = [at(0.0, v, **{me: [v, 1.0, 0.0], "bucket": [v]}) for v in (0.0, 0.9)]
+    kinds = {"flap": ["constant"], "valve": ["hold"], "bucket": ["hold"]}
+    return ToyModel(graph, gates, acts, kinds, samples, let_go)
+
+
+TWO_HANDS_START = {
+    "one": np.array([0.5, 0.5, 0.0]),
+    "other": np.array([0.5, 0.5, 0.0]),
+    "flap": np.zeros(1),
+    "valve": np.zeros(1),
+    "bucket": np.array([0.2]),
 }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ichain_drake.errors import InputError
-from ichain_drake.scenarios.hand_commands import HandCommands
+from ichain_drake.scenarios.hand_commands import HandCommands, SeveralHands
 
 NAMES = ("x", "y", "roll", "grip")
 
@@ -41,3 +41,21 @@ def test_what_the_hand_does_not_have_is_named() -> None:
         HandCommands(("x",), [0.0]).grip(True)
     with pytest.raises(InputError, match="4 values are needed, of x, y, roll, grip"):
         HandCommands(NAMES, [0.4, 0.0])
+
+
+def test_of_several_hands_each_waits_while_another_one_moves() -> None:
+    both = SeveralHands(("x", "grip"), {"one": (0.0, 0.0), "other": (1.0, 0.0)})
+    both["one"].to(x=0.08).grip(True)
+    both["other"].to(x=1.04)
+    both["one"].wait(1)
+    rows = both.commands
+    assert rows.shape == (6, 4)
+    np.testing.assert_allclose(rows[:, 0], [0.04, 0.08, 0.08, 0.08, 0.08, 0.08])
+    np.testing.assert_allclose(rows[:, 1], [0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
+    np.testing.assert_allclose(rows[:, 2], [1.0, 1.0, 1.0, 1.0, 1.04, 1.04])
+    np.testing.assert_array_equal(rows[:, 3], 0.0)
+
+
+def test_a_start_that_does_not_fit_a_hand_is_refused() -> None:
+    with pytest.raises(InputError, match="2 values are needed"):
+        SeveralHands(("x", "grip"), {"one": (0.0, 0.0), "other": (1.0,)})

@@ -17,8 +17,9 @@ from ichain_drake.control.execution.course import Motion
 from ichain_drake.control.execution.detour import Blocked, Detour, places, stopped_before
 from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
+from ichain_drake.control.execution.keep import Keep
 from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
-from ichain_drake.control.execution.memory import ExecutorSettings, Memory
+from ichain_drake.control.execution.memory import ExecutorSettings, Memory, Resting
 from ichain_drake.control.execution.monitoring import asked, deviation, gone, undriven, unmet
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
@@ -68,19 +69,21 @@ class Executor:
         self.model, self.skills, self.planner, self.goal = model, skills, planner, goal
         self.settings = settings or ExecutorSettings()
         self.motion = motion
-        self._root = model.graph.root
+        graph = model.graph
+        self._views = {robot: model if robot == graph.root else model.acting(robot) for robot in graph.roots}
 
     def start(self, command: FloatArray) -> Memory:
         """A fresh memory.
 
         Args:
-            command: where the robot is, shape (n_root,).
+            command: where the robot is, shape (n_root,); of several robots, one after the other.
         """
-        return Memory(np.array(command, dtype=float), tasks=[Look(None, LEARNING.look)])
+        graph = self.model.graph
+        each = {n: Resting(np.array(c)) for n, c in graph.split_command(command).items()}
+        first = each.pop(graph.root)
+        return Memory(first.command, tasks=[Look(None, LEARNING.look)], robot=graph.root, resting=each)
 
-    def decide(  # noqa: PLR0911 - one return an outcome
-        self, memory: Memory, measured: States, valid: Mapping[str, bool]
-    ) -> FloatArray:
+    def decide(self, memory: Memory, measured: States, valid: Mapping[str, bool]) -> FloatArray:
         """One tick.
 
         Args:
@@ -89,8 +92,16 @@ class Executor:
             valid: whether each sensor is valid. If one is not, the last command is held.
 
         Returns:
-            The robot's command, shape (n_root,).
+            The robot's command, shape (n_root,); of several robots, one after the other.
         """
+        command = self._decide(memory, measured, valid)
+        resting = {name: other.command for name, other in memory.resting.items()}
+        return command if not resting else self.model.graph.join_command({**resting, memory.robot: command})
+
+    def _decide(  # noqa: PLR0911 - one return an outcome
+        self, memory: Memory, measured: States, valid: Mapping[str, bool]
+    ) -> FloatArray:
+        """The command of the robot that acts, shape (n_root,)."""
         if memory.stopped:
             return memory.command
         memory.tick += 1
@@ -105,6 +116,9 @@ class Executor:
         away = gone(self.model, reading)
         if away:
             return self._stop(memory, "gone", away)
+        self._watch_kept(memory)
+        if memory.stopped:
+            return memory.command
         for _ in range(100):  # tasks that need no time
             if not memory.tasks:
                 self._next(memory)
@@ -122,7 +136,7 @@ class Executor:
             elif isinstance(answer, str):
                 memory.tasks.pop(0)
             else:
-                space = self.model.graph.objects[self._root].observable
+                space = self.model.graph.objects[memory.robot].observable
                 memory.command = space.clip(answer)
                 return memory.command
         return self._stop(memory, "loop", "its tasks ended at once over and over again")
@@ -133,13 +147,41 @@ class Executor:
         if memory.readings:
             memory.noise = memory.noise.seen(self.model, memory.readings[-1], reading)
         if memory.model is None or memory.tick % EXECUTION.readings == 0:
-            memory.model = memory.noise.in_force(self.model)
+            memory.model = memory.noise.in_force(self._own(memory))
         memory.readings = [*memory.readings[1 - EXECUTION.readings :], reading]
         return reading
 
     def _model(self, memory: Memory) -> InteractionModel:
-        """The learned graph with the noise that readings have in this run."""
-        return memory.model or self.model
+        """The learned graph with the noise that readings have in this run, as the robot that acts sees it."""
+        return memory.model or self._own(memory)
+
+    def _own(self, memory: Memory) -> InteractionModel:
+        """The learned graph as the robot that acts sees it."""
+        return self._views.get(memory.robot, self.model)
+
+    def _turn_to(self, memory: Memory, robot: str) -> None:
+        """From now on another robot acts; the one that did rests where it is, with what it holds."""
+        if robot in memory.resting:
+            rests = Resting(memory.command, memory.carried, memory.blocked)
+            takes = memory.resting[robot]
+            others = {n: r for n, r in memory.resting.items() if n != robot}
+            memory.resting = {**others, memory.robot: rests}
+            memory.robot, memory.command = robot, takes.command
+            memory.carried, memory.blocked = takes.carried, takes.blocked
+            memory.model = memory.noise.in_force(self._own(memory))
+
+    def _watch_kept(self, memory: Memory) -> None:
+        """See whether what resting robots keep hold of is still held; else plan anew."""
+        if not self.settings.monitors or memory.giving_up is not None:
+            return
+        view = self._view(memory)
+        for edge in memory.kept:
+            if edge.parent != memory.robot and not view.is_active(edge, LEARNING.ticks):
+                memory.kept = tuple(e for e in memory.kept if e != edge)
+                if memory.plan is not None:
+                    text = f"{edge.name} became inactive while {edge.parent} kept hold of {edge.child}"
+                    self._failed(memory, Failed(edge, "kept", text))
+                return
 
     def _watch(self, memory: Memory) -> None:
         """See whether what the robot holds goes along with it, and what else is no longer where it was."""
@@ -147,7 +189,7 @@ class Executor:
         if self.settings.monitors:
             memory.places = memory.places.seen(self._model(memory), self._view(memory).averaged(), carried.held)
         if carried.held is not None and self.settings.monitors:
-            edge = Interaction(self._root, carried.held)
+            edge = Interaction(memory.robot, carried.held)
             seen = (self._model(memory), edge, memory.readings, carried.ticks + 1)
             memory.carried = carried.watched(False if strays(*seen) else goes_along(*seen))
 
@@ -162,17 +204,19 @@ class Executor:
         further = stopped_before(self._model(memory), memory.readings, memory.command)
         if further is None:
             return False
-        space, here = self.model.graph.objects[self._root].observable, memory.readings[-1][self._root]
+        space, here = self.model.graph.objects[memory.robot].observable, memory.readings[-1][memory.robot]
         known = memory.blocked or Blocked()
-        memory.blocked = known.met(further, memory.carried.held or "", self.model.step_limit[self._root][places(space)])
+        memory.blocked = known.met(
+            further, memory.carried.held or "", self.model.step_limit[memory.robot][places(space)]
+        )
         memory.command = np.where(space.jump_mask, memory.command, here)
         return True
 
     def _view(self, memory: Memory) -> View:
         motion, blocked = self.motion, memory.blocked
         if motion is None and blocked is not None and blocked.held == (memory.carried.held or ""):
-            space = self.model.graph.objects[self._root].observable
-            motion = Detour(space, self.model.step_limit[self._root], blocked)
+            space = self.model.graph.objects[memory.robot].observable
+            motion = Detour(space, self.model.step_limit[memory.robot], blocked)
         view = View(
             self._model(memory), self.skills, memory.readings, memory.command, self.settings.monitors,
             self.settings.attempts, motion, follows=memory.carried.following,
@@ -183,6 +227,8 @@ class Executor:
 
     def _act(self, memory: Memory, task: Task, *, stopped: bool) -> Answer:
         """One tick of a task; what the robot carries and where it let go of things is kept on the way."""
+        if task.edge is not None:
+            self._turn_to(memory, task.edge.parent)
         view, child = self._view(memory), task.edge.child if task.edge is not None else ""
         view.stopped = stopped
         if isinstance(task, CarryTask | Approach):
@@ -199,6 +245,9 @@ class Executor:
     def _kept(self, memory: Memory, task: Task, child: str, *, done: bool) -> Carried:
         """What the robot holds after a tick of a task."""
         carried, seen = memory.carried, self._view(memory).averaged
+        if done and task.edge is not None and isinstance(task, Keep | Switch):
+            others = tuple(e for e in memory.kept if e != task.edge)
+            memory.kept = (*others, task.edge) if isinstance(task, Keep) else others
         if isinstance(task, Switch) and not task.activate:
             if carried.held == child:
                 return carried.let_go(memory.command)
@@ -231,7 +280,8 @@ class Executor:
         memory.step += 1
         if memory.step < len(memory.plan.steps):
             step, memory.began = memory.plan.steps[memory.step], now
-            memory.tasks = step_tasks(self.model, step, now, memory.carried)
+            self._turn_to(memory, step.chain[0].parent)
+            memory.tasks = step_tasks(self._own(memory), step, now, memory.carried)
             return
         missing = unmet(self._model(memory), self.goal, now)
         if not missing or not self.settings.monitors:
@@ -290,14 +340,14 @@ class Executor:
         back: list[Task] = []
         if carries and failure.cause != "lost" and view.holds(edge):
             if failure.cause == "reach":  # what is held over nothing would fall
-                back = way_back(self.model, step, dict(enumerate(origin)))
+                back = way_back(self._own(memory), step, dict(enumerate(origin)))
             elif failure.cause != "carry" and step.before:
-                back = carry_tasks(self.model, edge, indices(self.model, step.before, edge), place_first=False)
+                back = carry_tasks(self._own(memory), edge, indices(self.model, step.before, edge), place_first=False)
         elif failure.cause != "deactivation":
             # Where there was no way to what should be switched, there is nothing to let go of, nor a way away from it.
             back = [Switch(edge, activate=False, forced=failure.cause != "reach")]
             if failure.cause == "lost" and origin and enabled("take_back"):  # it may only be caught on something
-                back.insert(0, TakeBack(edge, steps=way_back(self.model, step, dict(enumerate(origin)))[:-1]))
+                back.insert(0, TakeBack(edge, steps=way_back(self._own(memory), step, dict(enumerate(origin)))[:-1]))
         memory.tasks = [*back, *memory.tasks]
 
     def _beware(self, memory: Memory, edge: Interaction) -> None:
@@ -326,7 +376,7 @@ class Executor:
         memory.tasks = [
             Switch(e, activate=False, forced=not view.holds(e))
             for e in self.model.graph.interactions
-            if e.parent == self._root and e in self.goal.inactive and (view.holds(e) or e == used)
+            if self.model.graph.by_robot(e) and e in self.goal.inactive and (view.holds(e) or e == used)
         ]
         if memory.tasks or not memory.looked_again:
             memory.tasks.append(Look(None, EXECUTION.readings))

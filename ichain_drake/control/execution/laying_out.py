@@ -8,6 +8,7 @@ from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.carrying import CarryPartTask, CarryTask
 from ichain_drake.control.execution.driving import Approach, DriveTask
 from ichain_drake.control.execution.following import pose_of
+from ichain_drake.control.execution.keep import Keep
 from ichain_drake.control.execution.moving import Moving
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.tasks import Look, Task
@@ -36,7 +37,10 @@ def step_tasks(model: InteractionModel, step: PlanStep, now: States, holds: Carr
         if e.child == holds.following or float(model.decide(e, now)) >= 0:
             out += [*(_put_back(model, e, holds) if holds.in_the_air(model, e, now) else []), Switch(e, activate=False)]
     if not step.wanted and not step.before and not step.after and step.until is None:
-        return [*out, Switch(edge, activate=False), Look(None, LEARNING.look)]
+        if step.release or step.hold is None:
+            return [*out, Switch(edge, activate=False), Look(None, LEARNING.look)]
+        taken = Switch(edge, activate=True, first=step.variant)
+        return [*out, taken, Keep(edge, goal=step.hold), Look(None, LEARNING.look)]
     if step.motion is not None:
         out += [Switch(edge, activate=True, motion=step.motion, first=step.variant), Moving(edge, step=step)]
         # Whatever the classifier says in the end: nothing else tells whether what is geared only while held is free.

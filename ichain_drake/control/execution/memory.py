@@ -32,12 +32,27 @@ class ExecutorSettings:
     ticks: int = 3000
 
 
+@dataclass(frozen=True)
+class Resting:
+    """A robot that stays where it is while another one acts.
+
+    Attributes:
+        command: its last command, shape (n_root,).
+        carried: what it holds, and where it let go of what it held.
+        blocked: where it was stopped on its way; None where it never was.
+    """
+
+    command: FloatArray
+    carried: Carried = field(default_factory=Carried)
+    blocked: Blocked | None = None
+
+
 @dataclass
 class Memory:
     """Everything that an execution remembers from tick to tick.
 
     Attributes:
-        command: last command, shape (n_root,).
+        command: last command of the robot that acts, shape (n_root,).
         tick: decisions so far.
         readings: valid measurements of the last ticks.
         tasks: what is to do, in order.
@@ -59,6 +74,9 @@ class Memory:
         model: the learned graph with that noise; None before the first reading.
         blocked: where the robot was stopped on its way; None where it never was.
         giving_up: cause and reason for which it will stop, unless a last look finds that the goal holds.
+        robot: the one that acts.
+        resting: the others, by name.
+        kept: interactions by which robots keep hold of something while another one acts.
     """
 
     command: FloatArray
@@ -83,6 +101,9 @@ class Memory:
     model: InteractionModel | None = None
     blocked: Blocked | None = None
     giving_up: tuple[str, str] | None = None
+    robot: str = ""
+    resting: dict[str, Resting] = field(default_factory=dict)
+    kept: tuple[Interaction, ...] = ()
 
     @property
     def stopped(self) -> bool:

@@ -55,7 +55,7 @@ def find_borders(model: InteractionModel, carries: Sequence[CarryOption]) -> tup
         if not len(samples[edge.child]):
             continue
         for obj in (edge.child, *model.graph.parents(edge.child)):
-            if obj == model.graph.root:
+            if obj in model.graph.roots:
                 continue
             skip = jumping(model.graph.objects[obj].observable) | is_change(model, obj)
             for i in np.flatnonzero(~skip):

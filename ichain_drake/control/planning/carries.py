@@ -55,7 +55,7 @@ def _stood(model: InteractionModel, frames: Frames, carry: Interaction) -> list[
     """
     out, obj = [], carry.child
     for e in model.graph.interactions:
-        if e == carry or obj not in (e.parent, e.child) or e.parent == model.graph.root or not frames.is_relative(e):
+        if e == carry or obj not in (e.parent, e.child) or model.graph.by_robot(e) or not frames.is_relative(e):
             continue
         samples = dict(model.edges[e].examples.active)
         rows = np.flatnonzero((model.decide(carry, samples) < 0.0) & (model.decide(e, samples) >= 0.0))

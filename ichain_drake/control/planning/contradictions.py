@@ -95,4 +95,4 @@ def expected_ticks(ticks: int, failures: int) -> int:
 def _around(model: InteractionModel, chain: Sequence[Interaction]) -> list[str]:
     """Objects of a chain and all others that act on them, but the robot."""
     names = {n for e in chain for n in (e.child, *model.graph.parents(e.child))}
-    return sorted(names - {model.graph.root})
+    return sorted(names.difference(model.graph.roots))

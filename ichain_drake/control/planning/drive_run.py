@@ -81,7 +81,7 @@ class Run:
             after = {n: v.copy() for n, v in self.now.items()}
             for n, v in ahead.items():
                 after[n][hot] = v
-                if n != self.root:
+                if n in self.fixed:
                     part = ~self.fixed[n]
                     delta = v[:, part] - self.now[n][hot][:, part]
                     after[n][np.ix_(hot, part)] = self.now[n][hot][:, part] + leap[hot, None] * delta

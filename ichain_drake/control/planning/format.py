@@ -84,7 +84,7 @@ def _changes(before: States | None, after: States, graph: InteractionGraph) -> s
         return ""
     parts = []
     for name in graph.objects:
-        if name == graph.root or name not in before or name not in after:
+        if name in graph.roots or name not in before or name not in after:
             continue
         space = graph.objects[name].observable
         delta = np.abs(space.difference(after[name], before[name]))

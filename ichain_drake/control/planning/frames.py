@@ -31,7 +31,7 @@ class Frames:
 
     def __init__(self, model: InteractionModel) -> None:
         self._spaces = {n: s.observable for n, s in model.graph.objects.items()}
-        self._edges, self._root = model.edges, model.graph.root
+        self._edges, self._root, self._roots = model.edges, model.graph.root, model.graph.roots
         self._model = model
         self._known: dict[tuple[str, str], Any] = {}
         alignments = {e: learned.alignment for e, learned in model.edges.items()}
@@ -52,7 +52,9 @@ class Frames:
 
     def anchors(self, obj: str) -> tuple[str, ...]:
         """What places of an object are relative to: the other ends of its interactions, but the robot."""
-        mine = [e for e in self._edges if obj in (e.parent, e.child) and e.parent != self._root and self.is_relative(e)]
+        mine = [
+            e for e in self._edges if obj in (e.parent, e.child) and e.parent not in self._roots and self.is_relative(e)
+        ]
         return tuple(dict.fromkeys(e.child if e.parent == obj else e.parent for e in mine))
 
     def is_carried(self, obj: str) -> bool:

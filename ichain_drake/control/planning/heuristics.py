@@ -29,7 +29,7 @@ class Alike:
     def __init__(self, model: InteractionModel, objects: Collection[str] | None = None) -> None:
         self._model = model
         counted = model.graph.objects if objects is None else objects
-        self._objects = tuple(n for n in model.graph.objects if n != model.graph.root and n in counted)
+        self._objects = tuple(n for n in model.graph.objects if n not in model.graph.roots and n in counted)
         self._kept = {n: np.flatnonzero(keeps(model, n)) for n in self._objects}
 
     def key(self, states: States) -> tuple[int, ...]:

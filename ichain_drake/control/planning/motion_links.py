@@ -145,7 +145,7 @@ def _reach(model: InteractionModel, obj: str) -> FloatArray:
     space = model.graph.objects[obj].observable
     reach = np.maximum(model.step_limit[obj], LEARNING.surely * model.noise[obj])
     told = ~jumping(space) & (reach > 0)
-    if obj != model.graph.root:
+    if obj in model.passive:
         told &= keeps(model, obj) | np.array([v.kind == "constant" for v in model.passive[obj].variables])
     return np.where(told, np.maximum(reach, 1e-9), np.inf)
 

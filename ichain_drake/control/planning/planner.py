@@ -13,12 +13,13 @@ import numpy as np
 
 from ichain_drake.control.planning.contradictions import Contradiction, Record
 from ichain_drake.control.planning.goals import gap, impossible, value_of
+from ichain_drake.control.planning.keeping import missing_hand
 from ichain_drake.control.planning.model import span
 from ichain_drake.control.planning.optimal import OptimalSearch
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.risk import plan_cost, success_probability
-from ichain_drake.control.planning.search import Search, SearchSettings
+from ichain_drake.control.planning.search import Search, SearchSettings, Side
 from ichain_drake.control.planning.search_node import SearchNode
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
@@ -53,6 +54,9 @@ class GraphPlanner:
         self.model = model
         self.settings = settings or SearchSettings()
         self.options = find_repertoire(model)
+        others = [model.acting(robot) for robot in model.graph.roots if robot != model.graph.root]
+        self._views = {model.graph.root: (model, self.options)}
+        self._views |= {view.graph.root: (view, find_repertoire(view)) for view in others}
         self._observed = model
         self._cautious: dict[tuple[Interaction, ...], GraphPlanner] = {}
 
@@ -91,7 +95,8 @@ class GraphPlanner:
         if self.settings.optimal:
             found, proved = self._cheapest(known, goal, effort, found)
         if isinstance(found, NoPlan):
-            return found
+            why = missing_hand(self.model, found.condition)
+            return replace(found, reason=f"{found.reason}; {why}") if why else found
         return Plan(
             found.steps,
             found.ticks,
@@ -105,11 +110,13 @@ class GraphPlanner:
 
     def _not_in_hand(self, goal: Goal) -> NoPlan | None:
         """Refuse a goal in which the robot touches something that it can't hold, or holds two things."""
-        mine = [e for e in goal.active if e.parent == self.model.graph.root]
-        carries = [c.edge for c in self.options.carries]
+        mine = [e for e in goal.active if self.model.graph.by_robot(e)]
+        carries = [c.edge for _, options in self._views.values() for c in options.carries]
         for k, edge in enumerate(mine):
-            if k or edge not in carries:
-                why = "it holds one object at a time" if k else f"it can't carry {edge.child}; ask for what it is to do"
+            several = any(e.parent == edge.parent for e in mine[:k])
+            if several or edge not in carries:
+                one = "it holds one object at a time"
+                why = one if several else f"it can't carry {edge.child}; ask for what it is to do"
                 condition = Condition(edge.child, self.options.names[edge.child][0], -math.inf, math.inf)
                 text = f"{edge.name}: {edge.parent} ends away from everything but what it holds, and {why}"
                 return NoPlan(condition, math.nan, edge, text)
@@ -170,12 +177,14 @@ class GraphPlanner:
         objects: frozenset[str] | None,
         effort: _Effort,
     ) -> _SearchT:
-        active, root = self._observed.active(start), self.model.graph.root
-        touching = tuple(e for e in self.model.graph.interactions if e.parent == root and bool(active[e]))
+        active, graph = self._observed.active(start), self.model.graph
+        touching = tuple(e for e in graph.interactions if graph.by_robot(e) and bool(active[e]))
         if objects is not None:  # what is held has to be put down first, whatever it is
-            objects |= {c.edge.child for c in self.options.carries if c.edge in touching}
-        options = self.options.about(self.model.graph.objects if objects is None else objects, goal)
-        return kind(self.model, self.settings, options, start, goal, objects, touching, effort.record)
+            held = {e for _, options in self._views.values() for e in options.holds}
+            objects |= {e.child for e in held if e in touching}
+        about = graph.objects if objects is None else objects
+        sides = [Side(view, r.about(about, goal), start, touching) for view, r in self._views.values()]
+        return kind(self.model, self.settings, sides, start, goal, objects, touching, effort.record)
 
     def _run(self, search: Search, effort: _Effort) -> SearchNode | NoPlan:
         found = search.run()

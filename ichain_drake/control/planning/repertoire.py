@@ -9,6 +9,7 @@ from ichain_drake.control.planning.borders import Border, find_borders
 from ichain_drake.control.planning.carries import CarryOption, find_carries
 from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.enabling import Enabling, find_enabling
+from ichain_drake.control.planning.keeping import KeepOption, find_keeps
 from ichain_drake.control.planning.motion_drives import find_motion_drives
 from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.plan import Goal
@@ -26,6 +27,7 @@ class Repertoire:
         borders: values at which a drive may stop.
         enabling: by the interaction that an object is carried by, where it makes which interaction possible.
         names: of each object's variables.
+        keeps: what the robot can keep hold of while another one acts.
     """
 
     carries: tuple[CarryOption, ...]
@@ -33,6 +35,12 @@ class Repertoire:
     borders: tuple[Border, ...]
     enabling: Mapping[Interaction, tuple[Enabling, ...]]
     names: Mapping[str, tuple[str, ...]]
+    keeps: tuple[KeepOption, ...] = ()
+
+    @property
+    def holds(self) -> frozenset[Interaction]:
+        """Interactions by which the robot holds something."""
+        return frozenset((*(c.edge for c in self.carries), *(k.edge for k in self.keeps)))
 
     def about(self, objects: Collection[str], goal: Goal) -> Repertoire:
         """What concerns some objects only; turning an object on and on only where the goal is about that.
@@ -47,6 +55,7 @@ class Repertoire:
             carries=tuple(c for c in self.carries if c.edge.child in objects),
             drives=tuple(d for d in self.drives if d.chain[-1].child in objects and self._serves(d, wanted)),
             borders=tuple(b for b in self.borders if b.object in objects),
+            keeps=tuple(k for k in self.keeps if k.edge.child in objects),
         )
 
     def _serves(self, drive: DriveOption, wanted: Collection[tuple[str, str]]) -> bool:
@@ -66,4 +75,4 @@ def find_repertoire(model: InteractionModel) -> Repertoire:
     drives = (*still, *find_motion_drives(model, carries, still))
     enabling = {c.edge: find_enabling(model, c) for c in carries}
     names = {n: s.observable.names for n, s in model.graph.objects.items()}
-    return Repertoire(carries, drives, find_borders(model, carries), enabling, names)
+    return Repertoire(carries, drives, find_borders(model, carries), enabling, names, find_keeps(model))

@@ -57,17 +57,41 @@ class SearchSettings:
     most: int = 20_000
 
 
+class Side:
+    """What one of the robots can do, the others staying as they are.
+
+    Args:
+        model: the learned graph as this robot sees it (`InteractionModel.acting`).
+        options: what it can do.
+        start: states, shape (n_variables,) each.
+        touching: interactions of robots that are active at the start.
+    """
+
+    def __init__(
+        self,
+        model: InteractionModel,
+        options: Repertoire,
+        start: Mapping[str, FloatArray],
+        touching: Sequence[Interaction] = (),
+    ) -> None:
+        self.model, self.options, self.robot = model, options, model.graph.root
+        self.frames = Frames(model)
+        self.touching = tuple(e for e in touching if e.parent == self.robot)
+        self.parked = parked_state(model, start) if self.touching else start[self.robot]
+        self.holds = options.holds
+
+
 class Search:
     """One search.
 
     Args:
         model: the learned graph.
         settings: how far to search.
-        options: what can be done.
+        sides: what each robot can do.
         start: states, shape (n_variables,) each.
         goal: what is wanted.
         objects: those whose states tell states of the search apart; None for all.
-        touching: interactions of the robot that are active at the start.
+        touching: interactions of robots that are active at the start.
         record: what executions contradicted.
     """
 
@@ -75,7 +99,7 @@ class Search:
         self,
         model: InteractionModel,
         settings: SearchSettings,
-        options: Repertoire,
+        sides: Sequence[Side],
         start: Mapping[str, FloatArray],
         goal: Goal,
         objects: Collection[str] | None,
@@ -83,10 +107,9 @@ class Search:
         record: Record | None = None,
     ) -> None:
         self.model, self.settings = model, settings
-        self.options = options
+        self.sides = tuple(sides)
         self.goal = goal
         self.surer = tuple(inside(c, self.model, LEARNING.clear, LEARNING.near) for c in goal.conditions)
-        self.frames = Frames(model)
         self.alike = Alike(model, objects)
         self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
@@ -97,20 +120,21 @@ class Search:
         self.touching = touching
         self.record = record or Record(model)
         self.in_hand: dict[Interaction, bool] = {}
-        self.parked = parked_state(model, self.start) if touching else self.start[model.graph.root]
+        self.kept = {k.edge for side in sides for k in side.options.keeps}
 
     def run(self) -> SearchNode | NoPlan:
         """The node that a plan of few steps ends at, or why there is none."""
-        held = next((e for e in self.touching if any(c.edge == e for c in self.options.carries)), None)
+        held = tuple(e for side in self.sides for e in [e for e in side.touching if e in side.holds][:1])
         first = SearchNode(self.start, (), 0, unmet_conditions(self.goal.conditions, self.start, self.model), held)
         self.nearest.note(first.states, first.unmet, None)
         if not first.unmet and not self._forbidden([first])[0]:
             return first
         self.closed.add(self._key(first))
-        if held is None and self.touching:  # a button under the hand: letting go is a step of its own
-            first = self._let_go(self.touching[0])
-            if not first.unmet and not self._forbidden([first])[0]:
-                return first
+        for side in self.sides:
+            if side.touching and first.held_by(side.robot) is None:  # a button under the hand: a step of its own
+                first = self._let_go(side, first, side.touching[0])
+                if not first.unmet and not self._forbidden([first])[0]:
+                    return first
         found = self._from(first)
         if found is not None:
             return found
@@ -132,13 +156,14 @@ class Search:
         self.dropped |= bool(layer)
         return None
 
-    def _let_go(self, edge: Interaction) -> SearchNode:
-        """The start once the robot has let go of what it touches without holding it."""
-        states, _ = settle(self.model, stack([self.start]), self.parked)
+    def _let_go(self, side: Side, node: SearchNode, edge: Interaction) -> SearchNode:
+        """A state once a robot has let go of what it touches or keeps hold of."""
+        states, _ = settle(side.model, stack([node.states]), side.parked)
         free = {n: v[0] for n, v in states.items()}
         step = PlanStep((edge,), predicted=free, ticks=PLANNING.retake // 2)
-        unmet = unmet_conditions(self.surer, free, self.model)
-        return SearchNode(free, (step,), step.ticks, unmet, cost=step_cost(step))
+        unmet, held = unmet_conditions(self.surer, free, self.model), tuple(e for e in node.held if e != edge)
+        ticks, cost = node.ticks + step.ticks, node.cost + step_cost(step)
+        return SearchNode(free, (*node.steps, step), ticks, unmet, held, cost=cost)
 
     def _key(self, node: SearchNode) -> tuple[object, ...]:
         return (*self.alike.key(node.states), node.unmet, node.held)
@@ -152,14 +177,15 @@ class Search:
         ]
 
     def _forbidden(self, nodes: Sequence[SearchNode]) -> list[bool]:
-        """Whether an interaction is active that must not be, or not active that must be."""
+        """Whether an interaction is active that must not be, or not active that must be, or one is only kept so."""
         goal = self.goal
         if not (goal.inactive or goal.active) or not nodes:
-            return [n.held is not None and n.held in goal.inactive for n in nodes]
+            return [not self.kept.isdisjoint(n.held) for n in nodes]
         batch = stack([n.states for n in nodes])
         on = [self.model.decide(e, batch) >= 0 for e in goal.inactive]
         off = [self.model.decide(e, batch) < 0 for e in goal.active]
-        return [bool(x) for x in np.any([*on, *off], axis=0)]
+        kept = np.array([any(e in self.kept and e not in goal.active for e in n.held) for n in nodes])
+        return [bool(x) for x in np.any([*on, *off, kept], axis=0)]
 
     def _expand(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         kept: dict[tuple[object, ...], SearchNode] = {}
@@ -175,38 +201,76 @@ class Search:
     def _children(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
         """Where the options lead from some nodes, all simulated at once."""
         self.expansions += len(layer)
-        return self._carried(layer) + self._driven(layer)
+        out: list[SearchNode] = []
+        for side in self.sides:
+            out += self._carried(side, layer) + self._driven(side, layer)
+            if len(self.sides) > 1:
+                out += self._keeping(side, layer) + self._letting_go(side, layer)
+        return out
 
-    def _carried(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
+    def _keeping(self, side: Side, layer: Sequence[SearchNode]) -> list[SearchNode]:
+        """A robot takes what it can keep hold of for the others."""
+        moves = [
+            (n, k)
+            for k in side.options.keeps
+            for n in layer
+            if n.held_by(side.robot) is None and not n.is_taken(k.edge.child, side.robot)
+        ]
+        if not moves:
+            return []
+        batch = stack([n.states for n, _ in moves])
+        batch[side.robot] = np.array([k.robot for _, k in moves])
+        for r, (_, k) in enumerate(moves):
+            batch[k.edge.child][r] = k.child
+        after, status = settle(side.model, batch, batch[side.robot])
+        self.rollouts += len(moves)
+        out, limit = [], np.maximum(side.model.step_limit[side.robot], 1e-9)
+        for r, (node, k) in enumerate(moves):
+            if not status[k.edge][r]:
+                continue
+            states = row(after, r)
+            likely = float(side.model.probability(k.edge, states))
+            ticks = PLANNING.retake + int(np.ceil(np.max(np.abs(k.robot - side.parked) / limit)))
+            step = PlanStep((k.edge,), hold=k.robot, release=False, predicted=states, ticks=ticks, probability=likely)
+            out += self._child(node, step, states, (*node.held, k.edge))
+        return out
+
+    def _letting_go(self, side: Side, layer: Sequence[SearchNode]) -> list[SearchNode]:
+        """A robot lets go of what it kept hold of for the others."""
+        holding = [(n, n.held_by(side.robot)) for n in layer]
+        return [self._let_go(side, n, e) for n, e in holding if e is not None and e in self.kept]
+
+    def _carried(self, side: Side, layer: Sequence[SearchNode]) -> list[SearchNode]:
+        model, root = side.model, side.robot
         moves: list[tuple[SearchNode, CarryOption, FloatArray, FloatArray | None]] = []
-        for carry in self.options.movable({c.object for c in self.goal.conditions}):
-            nodes = [n for n in layer if n.held in (None, carry.edge)]
-            free = can_hold(self.model, carry.edge, [n.states for n in nodes])
-            nodes = [n for n, ok in zip(nodes, free, strict=True) if ok or n.held is not None]
+        for carry in side.options.movable({c.object for c in self.goal.conditions}):
+            nodes = [n for n in layer if n.held_by(root) in (None, carry.edge)]
+            nodes = [n for n in nodes if not n.is_taken(carry.edge.child, root)]
+            free = can_hold(model, carry.edge, [n.states for n in nodes])
+            nodes = [n for n, ok in zip(nodes, free, strict=True) if ok or n.held_by(root) is not None]
             targets = carry_targets(
-                self.model, carry, [n.states for n in nodes], self.start, self.surer, self.options.enabling[carry.edge]
+                model, carry, [n.states for n in nodes], self.start, self.surer, side.options.enabling[carry.edge]
             )
             moves += [(n, carry, t, None) for n, places in zip(nodes, targets, strict=True) for t in places]
-            if self._ends_in_hand(carry):
-                ends = [(n, in_hand(self.model, carry, n.states, self.surer)) for n in nodes]
+            if self._ends_in_hand(side, carry):
+                ends = [(n, in_hand(model, carry, n.states, self.surer)) for n in nodes]
                 moves += [(n, carry, *end) for n, end in ends if end is not None]
         if not moves:
             return []
         batch = stack([n.states for n, _, _, _ in moves])
-        root = self.model.graph.root
-        batch[root] = np.repeat(self.parked[None], len(moves), axis=0)
+        batch[root] = np.repeat(side.parked[None], len(moves), axis=0)
         for k, (_, carry, place, robot) in enumerate(moves):
             batch[carry.edge.child][k, carry.follow] = place
-            batch[root][k] = self.parked if robot is None else robot
+            batch[root][k] = side.parked if robot is None else robot
         held = np.ones(len(moves))  # there too, before it is let go
-        for carry in self.options.carries:
+        for carry in side.options.carries:
             mine = [k for k, (_, c, _, _) in enumerate(moves) if c is carry]
-            held[mine] = hold_probability(self.model, carry.edge, [row(batch, k) for k in mine])
+            held[mine] = hold_probability(model, carry.edge, [row(batch, k) for k in mine])
         kept = np.flatnonzero(held >= PLANNING.likely)
         moves, batch, held = [moves[k] for k in kept], take(batch, kept), held[kept]
         if not moves:
             return []
-        after, _ = settle(self.model, batch, batch[root])
+        after, _ = settle(model, batch, batch[root])
         self.rollouts += len(moves)
         out = []
         for k, (node, carry, place, robot) in enumerate(moves):
@@ -215,37 +279,41 @@ class Search:
             ticks = PLANNING.retake + self._way(carry, node.states[carry.edge.child][carry.follow], place)
             likely = float(held[k])
             step = PlanStep((carry.edge,), wanted, after=wanted, predicted=states, ticks=ticks, probability=likely)
+            others = tuple(e for e in node.held if e.parent != root)
             if robot is None:
-                out += self._child(node, step, states)
+                out += self._child(node, step, states, others)
             else:
-                step = replace(step, release=False)
-                out += [replace(child, held=carry.edge) for child in self._child(node, step, states)]
+                out += self._child(node, replace(step, release=False), states, (*others, carry.edge))
         return out
 
-    def _ends_in_hand(self, carry: CarryOption) -> bool:
+    def _ends_in_hand(self, side: Side, carry: CarryOption) -> bool:
         """Whether the goal wants an object held, or where it would not stay if let go of; asked once a search."""
         if carry.edge not in self.in_hand:
-            place = wanted_place(self.model, carry, self.start, self.surer)
-            falls = place is not None and not stays(self.model, carry, place)
+            place = wanted_place(side.model, carry, self.start, self.surer)
+            falls = place is not None and not stays(side.model, carry, place)
             self.in_hand[carry.edge] = falls or carry.edge in self.goal.active
         return self.in_hand[carry.edge]
 
-    def _driven(self, layer: Sequence[SearchNode]) -> list[SearchNode]:
-        free = [n for n in layer if n.held is None]
-        taken = {c.edge: hold_probability(self.model, c.edge, [n.states for n in free]) for c in self.options.carries}
+    def _driven(self, side: Side, layer: Sequence[SearchNode]) -> list[SearchNode]:
+        free = [n for n in layer if n.held_by(side.robot) is None]
+        states = [n.states for n in free]
+        taken = {c.edge: hold_probability(side.model, c.edge, states) for c in side.options.carries}
         placed = []
         for k, node in enumerate(free):
-            for drive in self.options.drives:
+            for drive in side.options.drives:
+                if node.is_taken(drive.chain[0].child, side.robot):
+                    continue
                 edge = None if drive.carry is None else drive.carry.edge
                 if edge is None or taken[edge][k] >= PLANNING.likely:
-                    placed.append((node, drive.placed(self.frames, node.states)))
+                    placed.append((node, drive.placed(side.frames, node.states)))
                 else:  # the robot can't take it where it is
-                    margin = hold_margin(self.model, edge, node.states)
+                    margin = hold_margin(side.model, edge, node.states)
                     self.nearest.note_tried(drive, np.nan, float(taken[edge][k]), edge)
                     self.nearest.note_blocked(drive, edge, margin)
         rows = [(n, d) for n, d in placed if d is not None]
         self.dropped |= len(rows) < len(placed)  # between what was shown there may be one that is within reach
-        results = simulate(self.model, [(n.states, d) for n, d in rows], self.parked, self.surer, self.options.borders)
+        started = [(n.states, d) for n, d in rows]
+        results = simulate(side.model, started, side.parked, self.surer, side.options.borders)
         self.rollouts += len(rows)
         out = []
         for (node, drive), outcomes in zip(rows, results, strict=True):
@@ -255,7 +323,7 @@ class Search:
                     self.nearest.note_blocked(drive, outcome.lost, outcome.margin)
                 elif self._shows(node, drive, outcome.end):
                     step = replace(self._step(node, drive, outcome), probability=outcome.probability)
-                    out += self._child(node, step, outcome.states)
+                    out += self._child(node, step, outcome.states, node.held)
         return out
 
     def _shows(self, node: SearchNode, drive: DriveOption, end: float) -> bool:
@@ -281,7 +349,7 @@ class Search:
             after = self._pose(drive.carry, back)
             ticks += 2 * self._way(drive.carry, back, drive.before[obj][part])
         wanted = wanted | {(target, name): outcome.end}
-        hold = drive.hold[self.model.graph.root]
+        hold = drive.hold[drive.chain[0].parent]
         return PlanStep(drive.chain, wanted, until, hold, before, after, predicted=outcome.states, ticks=ticks)
 
     def _moving(
@@ -301,8 +369,10 @@ class Search:
         wanted = {until[:2]: until[3]}
         return PlanStep(chain, wanted, until, predicted=outcome.states, ticks=ticks, motion=drive.motion)
 
-    def _child(self, node: SearchNode, step: PlanStep, states: Batch) -> list[SearchNode]:
-        """The node that a step leads to, if it is not known to fail."""
+    def _child(
+        self, node: SearchNode, step: PlanStep, states: Batch, held: tuple[Interaction, ...]
+    ) -> list[SearchNode]:
+        """The node that a step leads to, with what is held there, if it is not known to fail."""
         failures = self.record.failures(step, node.states)
         if failures > LEARNING.few:
             return []
@@ -310,7 +380,7 @@ class Search:
             step = replace(step, variant=failures, ticks=expected_ticks(step.ticks, failures))
         unmet = unmet_conditions(self.surer, states, self.model)
         steps, ticks, cost = (*node.steps, step), node.ticks + step.ticks, node.cost + step_cost(step)
-        child = SearchNode(states, steps, ticks, unmet, open=self.landmarks.open(states, unmet), cost=cost)
+        child = SearchNode(states, steps, ticks, unmet, held, open=self.landmarks.open(states, unmet), cost=cost)
         self.nearest.note(child.states, child.unmet, step.chain[-1])
         return [child]
 

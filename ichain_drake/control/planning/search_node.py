@@ -21,7 +21,7 @@ class SearchNode:
         steps: that lead there.
         ticks: that they take.
         unmet: indices of unmet conditions.
-        held: the interaction by which an object is held at the start.
+        held: interactions by which robots hold objects, at most one of each robot.
         open: indices of unmet conditions whose landmarks are not met either.
         mark: breaks ties.
         cost: expected time of the steps [ticks]; see `risk`.
@@ -31,10 +31,18 @@ class SearchNode:
     steps: tuple[PlanStep, ...]
     ticks: int
     unmet: tuple[int, ...]
-    held: Interaction | None = None
+    held: tuple[Interaction, ...] = ()
     open: tuple[int, ...] = ()
     mark: tuple[float, ...] = ()
     cost: float = 0.0
+
+    def held_by(self, robot: str) -> Interaction | None:
+        """The interaction by which a robot holds something; None where it is free."""
+        return next((e for e in self.held if e.parent == robot), None)
+
+    def is_taken(self, obj: str, robot: str) -> bool:
+        """Whether another robot holds an object."""
+        return any(e.child == obj and e.parent != robot for e in self.held)
 
 
 def mark_of(node: SearchNode) -> tuple[float, ...]:

@@ -54,7 +54,7 @@ class Skills:
         Raises:
             InputError: if a function is for something that is no interaction of the robot.
         """
-        mine = [e for e in model.graph.interactions if e.parent == model.graph.root]
+        mine = [e for e in model.graph.interactions if model.graph.by_robot(e)]
         for edge, _ in own or {}:
             if edge not in mine:
                 raise InputError(

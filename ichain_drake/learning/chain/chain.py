@@ -291,8 +291,9 @@ def learn_chain(
         known_command: what was learned about commanding the hand, where the first link is known.
 
     Raises:
-        InputError: if a link can't be learned; names it.
+        InputError: if a link can't be learned, naming it, or the graph has several robots.
     """
+    graph.only_root("a chain that follows paths")
     given = list(pieces)
     pieces = enough(given, graph)
     for line in thinning_told(given, pieces) if progress else ():

@@ -131,7 +131,8 @@ def label_pieces(
         say: called with a line at each step.
 
     Raises:
-        InputError: on flags that are none, and if nothing shows that anything acts on an object.
+        InputError: on flags that are none, if nothing shows that anything acts on an object, or, where flags are
+            missing, on a graph with several robots.
     """
     rows = sum(len(p) for p in pieces)
     raw = [raw_piece(p, graph, graph.interactions) for p in pieces]
@@ -139,13 +140,14 @@ def label_pieces(
     if len(whole) == len(graph.interactions):
         return Labelled(tuple(pieces), graph, (), rows)
     spaces = {n: s.observable for n, s in graph.objects.items()}
-    found = search(raw, spaces, graph.root, graph.interactions, (), say)
+    root = graph.only_root("inferring flags")
+    found = search(raw, spaces, root, graph.interactions, (), say)
     inferred = {f.edge: f for f in found if f.edge not in whole}
     shown = {e for r in raw for e, values in r.known.items() if (values == 1.0).any()}
     unseen = tuple(e for e in graph.interactions if e not in inferred and e not in shown)
     left = [e for e in graph.interactions if e not in unseen]
     for obj in graph.objects:
-        if obj != graph.root and not any(e.child == obj for e in left):
+        if obj != root and not any(e.child == obj for e in left):
             acting = ", ".join(e.name for e in unseen if e.child == obj)
             raise InputError(
                 f"{acting}: the pieces don't show that anything acts on {obj}; record pieces in which it does, or "

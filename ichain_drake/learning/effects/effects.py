@@ -222,7 +222,8 @@ def _fit(
         {
             k: c.variance(rows.parent[keep], rows.parent_next[keep], rows.child[keep])
             for k, c in enumerate(columns)
-            if c.declares(i)
+            # What a spring takes back at once is where the parent has it, not a displacement from where it was.
+            if c.declares(i) and passive.variables[i].kind != "constant"
         },
     )
     if fitted is None:

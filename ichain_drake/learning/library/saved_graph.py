@@ -85,7 +85,10 @@ class SavedGraph(SavedItem):
         """
         try:
             spaces = {name: space_from(fields) for name, fields in self.manifest["objects"].items()}
-            return InteractionGraph(spaces, list(self.manifest["interactions"]))
+            edges = [Interaction.parse(text) for text in self.manifest["interactions"]]
+            driven = {e.child for e in edges}
+            robots = [name for name in spaces if name not in driven]
+            return InteractionGraph(spaces, edges, robots=robots if len(robots) > 1 else ())
         except InputError as error:
             raise self._refusal("objects, interactions", str(error)) from None
 
@@ -125,10 +128,10 @@ class SavedGraph(SavedItem):
 
     def _check_complete(self, found: Contents, graph: InteractionGraph) -> None:
         """Refuse contents that are not about all of the graph, or have arrays of another shape than its states."""
-        every, root = set(graph.interactions), graph.root
-        children = set(graph.objects) - {root}
+        every = set(graph.interactions)
+        children = set(graph.objects).difference(graph.roots)
         sizes = {n: len(space.observable) for n, space in graph.objects.items()}
-        mine = {e for e in every if e.parent == root}
+        mine = {e for e in every if graph.by_robot(e)}
         for name, keys, wanted in (
             ("edges", set(found.edges), every),
             ("order", set(found.order), every),
@@ -158,7 +161,7 @@ class SavedGraph(SavedItem):
             (e, w) for part in (found.activations, found.deactivations) for e, ws in part.items() for w in ws
         ):
             seen = {"root": window.root, "child": window.child}
-            shapes = {"root": (len(window.root), sizes[root]), "child": (sizes[edge.child],)}
+            shapes = {"root": (len(window.root), sizes[edge.parent]), "child": (sizes[edge.child],)}
             self._check_shapes(f"model.activations, {edge.name}", seen, shapes)
             if not 0 <= window.event <= len(window.root) or not len(window.root):
                 raise self._refusal(f"model.activations, {edge.name}", f"row {window.event} is not in its window")

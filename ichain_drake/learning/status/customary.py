@@ -112,11 +112,11 @@ def learn_customary(
     ranges: list[tuple[FloatArray, FloatArray]] = []
     ends, others = candidate_inputs(data, edge, alignments)
     placed = any(isinstance(i, PlaceInput | RelativeInput) and edge.child in objects_of(i) for i in status.inputs)
-    if edge.parent != data.graph.root and not placed:
+    if not data.graph.by_robot(edge) and not placed:
         own: list[StatusInput] = [i for i in ends if isinstance(i, PlaceInput) and i.obj == edge.child]
         others = own or others
     for item in others if not truth.all() else ():
-        if item.label in known or data.graph.root in objects_of(item):
+        if item.label in known or set(data.graph.roots) & set(objects_of(item)):
             continue
         columns, floor = item(states), input_noise(item, noise)
         if choice.tells(Candidate(item, columns, floor)):

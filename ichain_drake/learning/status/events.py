@@ -67,7 +67,7 @@ class SwitchingWindow:
 
 
 Windows = Mapping[Interaction, tuple[SwitchingWindow, ...]]
-"""Demonstrated events of one direction, for each interaction of the robot."""
+"""Demonstrated events of one direction, for each interaction of a robot."""
 
 
 def collect_examples(data: GraphData, edge: Interaction) -> EdgeExamples:
@@ -81,18 +81,18 @@ def collect_examples(data: GraphData, edge: Interaction) -> EdgeExamples:
 
 
 def collect_windows(pieces: Sequence[Demonstration], graph: InteractionGraph) -> tuple[Windows, Windows]:
-    """Activations and deactivations of the robot's interactions, each with its surroundings.
+    """Activations and deactivations of the robots' interactions, each with its surroundings.
 
     Args:
         pieces: the demonstrations, with flags.
         graph: the interaction graph.
     """
-    mine = [e for e in graph.interactions if e.parent == graph.root]
+    mine = [e for e in graph.interactions if graph.by_robot(e)]
     found: tuple[dict[Interaction, list[SwitchingWindow]], ...] = ({e: [] for e in mine}, {e: [] for e in mine})
-    jumps = graph.objects[graph.root].observable.jump_mask
     for piece in pieces:
-        root = piece.states(graph.root, graph.objects[graph.root])
+        robots = {name: piece.states(name, graph.objects[name]) for name in graph.roots}
         for edge in mine:
+            root, jumps = robots[edge.parent], graph.objects[edge.parent].observable.jump_mask
             flags = piece.table[edge.name].to_numpy(dtype=float) > 0.5
             child = piece.states(edge.child, graph.objects[edge.child])
             events = np.flatnonzero(flags[1:] != flags[:-1]) + 1

@@ -135,7 +135,7 @@ def candidate_inputs(
     for e in data.incoming(edge.child):
         if e != edge:  # where the robot is matters to what it acts on alone: else it tells again where that is
             theirs = _of_object(data, e.parent, turns)
-            others += [i for i in theirs if e.parent != data.graph.root or not isinstance(i, PlaceInput)]
+            others += [i for i in theirs if not data.graph.by_robot(e) or not isinstance(i, PlaceInput)]
     return ends, others
 
 

@@ -63,7 +63,8 @@ class Taught:
             labels = label_pieces(pieces, graph, say=say)
         else:
             spaces = {n: s.observable for n, s in graph.objects.items()}
-            found = discover_graph([raw_piece(p, graph) for p in pieces], spaces, graph.root, say=say)
+            root = graph.only_root("finding edges")
+            found = discover_graph([raw_piece(p, graph) for p in pieces], spaces, root, say=say)
             lost = [*found.still, *found.free]
             if lost:
                 raise InputError(

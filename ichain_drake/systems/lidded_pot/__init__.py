@@ -1,0 +1,1 @@
+"""A pot under a lid that a spring shuts: two hands are needed to pour into it."""
