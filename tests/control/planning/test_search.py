@@ -12,27 +12,12 @@ from winding import SHADE_START, shade
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Condition, NoPlan, PlanStep, States
 from ichain_drake.control.planning.repertoire import find_repertoire
-from ichain_drake.control.planning.search import Search, SearchSettings
+from ichain_drake.control.planning.search import Search, SearchSettings, Side
 from ichain_drake.control.planning.search_node import SearchNode
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import StateSpace, Variable
-
-
-@pytest.mark.parametrize(
-    ("direction", "end", "shows"),
-    [(1, 0.35, True), (1, 0.31, False), (1, 0.2, False), (-1, 0.35, False), (-1, 0.2, True)],
-)
-def test_a_variable_that_is_not_seen_to_go_the_way_it_is_driven_is_not_driven(
-    direction: int, end: float, *, shows: bool
-) -> None:
-    """Three noises make a difference, of 0.3 at first."""
-    search = SimpleNamespace(model=SimpleNamespace(noise={"tank": np.array([0.01])}))
-    node = SimpleNamespace(states={"tank": np.array([0.3])})
-    drive = SimpleNamespace(chain=[SimpleNamespace(child="tank")], variable=0, direction=direction)
-    assert Search._shows(search, node, drive, end) is shows  # type: ignore[arg-type]
-
 
 TAP, CUP = Interaction("robot", "tap"), Interaction("robot", "cup")
 PRESSED = {**TAP_START, "robot": np.array([2.0, 0.0]), "tap": np.ones(1)}
@@ -46,7 +31,8 @@ def search(
     touching = tuple(e for e, on in model.active(start).items() if e.parent == "robot" and on.all())
     wanted = replace(parse_goal(goal, model, start), **more)
     return Search(
-        model, settings or SearchSettings(), find_repertoire(model), start, wanted, None, touching,
+        model, settings or SearchSettings(), [Side(model, find_repertoire(model), start, touching)], start, wanted,
+        None, touching,
         record(model) if record else None,
     )  # fmt: skip
 
@@ -144,7 +130,7 @@ def test_an_option_that_failed_takes_longer_another_way_and_after_some_failures_
     one.record = SimpleNamespace(failures=lambda step, states: failures)  # type: ignore[assignment]
     before = replace(at(TAP_START), steps=(PlanStep((CUP,), ticks=7),), ticks=7, cost=9.0)
     there = {**TAP_START, "cup": np.array([1.0, 0.6])}
-    children = one._child(before, PlanStep((CUP,), ticks=10, probability=0.5), there)
+    children = one._child(before, PlanStep((CUP,), ticks=10, probability=0.5), there, ())
     if ticks is None:
         assert children == []
         return
@@ -153,12 +139,12 @@ def test_an_option_that_failed_takes_longer_another_way_and_after_some_failures_
     assert (child.steps[1].ticks, child.steps[1].variant) == (ticks, failures)
     assert (child.ticks, child.cost) == (7 + ticks, pytest.approx(9.0 + 2 * ticks))
     assert child.unmet == ()
-    assert one._child(before, PlanStep((CUP,), ticks=10), TAP_START)[0].unmet == (0,)
+    assert one._child(before, PlanStep((CUP,), ticks=10), TAP_START, ())[0].unmet == (0,)
 
 
 def test_a_carried_object_takes_a_grasp_and_its_way() -> None:
     one = search("cup.x >= 0.9")
-    (carry,) = one.options.carries
+    (carry,) = one.sides[0].options.carries
     assert one._way(carry, np.array([0.2]), np.array([0.9])) == 7
     assert one._way(carry, np.array([0.9]), np.array([0.25])) == 7
     assert one._pose(carry, np.array([0.9])) == {("cup", "x"): 0.9}
@@ -178,7 +164,7 @@ def test_where_it_is_to_be_held_the_object_is_not_let_go_of() -> None:
     found = search("cup.x >= 0.9", active=(CUP,)).run()
     assert isinstance(found, SearchNode)
     assert not found.steps[-1].release
-    assert found.held == CUP
+    assert found.held == (CUP,)
     assert search("cup.x >= 0.9", inactive=(CUP,))._forbidden([found]) == [True]
 
 
@@ -203,7 +189,9 @@ def test_a_motion_that_ends_at_a_condition_is_watched_by_what_that_is_about() ->
     """However far down the chain: a knob is turned until the shade is up, or for as long as was foreseen."""
     model: Any = shade()
     goal = parse_goal(["shade.height >= 0.6", "knob.angle >= 9"], model, SHADE_START)
-    one = Search(model, SearchSettings(), find_repertoire(model), SHADE_START, goal, None, ())
+    one = Search(
+        model, SearchSettings(), [Side(model, find_repertoire(model), SHADE_START)], SHADE_START, goal, None, ()
+    )  # fmt: skip
     turn, wind = Interaction("robot", "knob"), Interaction("knob", "shade")
     before = at({**SHADE_START, "shade": np.array([0.3])})
     until = ("knob", "angle", 1, 2.0)
