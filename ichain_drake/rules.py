@@ -33,6 +33,7 @@ class Rule:
 
 _PLANNING, _EXECUTION = "control.planning", "control.execution"
 _EVERY = (
+    Rule("subsumed", "a carried object may drive more than its chain says: then the longer chain is meant", _PLANNING),
     Rule("turned_where_shown", "where a pose was only seen turned already, something may stand below it", _PLANNING),
     Rule("brought_where_shown", "where a thing never was nobody knows what it may hit", _PLANNING),
     Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),

@@ -36,7 +36,7 @@ def test_unknown_names_are_refused_with_close_ones():
         rules.without(["turned_shown"]),
     ):
         pass
-    with pytest.raises(InputError, match="there is no rule 'xyz'; there are turned_where_shown, brought_where_shown"):
+    with pytest.raises(InputError, match="there is no rule 'xyz'; there are subsumed, turned_where_shown"):
         rules.check_names(["xyz"])
     with pytest.raises(KeyError):
         rules.enabled("xyz")

@@ -68,7 +68,8 @@ def find_drives(model: InteractionModel, carries: tuple[CarryOption, ...]) -> tu
             ways += _ways_of(model, frames, chain, by_edge.get(chain[0]), shown, soon, later, sure)
     totals = _probe_each(model, [w.poses for w in ways], PLANNING.long)
     going = [(w, total) for w, total in zip(ways, totals, strict=True) if w.gain(total).max() >= w.least]
-    return tuple(_drive(model, w, w.gain(total)) for w, total in going)
+    out = [_drive(model, w, w.gain(total)) for w, total in going]
+    return tuple(d for d in out if not _subsumed(model, d, out))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +96,18 @@ class _Way:
     def gain(self, change: Batch) -> FloatArray:
         """What a change of all objects is to the variable, in the direction, shape (n,)."""
         return self.direction * change[self.chain[-1].child][:, self.variable]
+
+
+def _subsumed(model: InteractionModel, drive: DriveOption, every: list[DriveOption]) -> bool:
+    """Whether a carried object drives more than the chain says, and a longer chain says so."""
+    if not enabled("subsumed"):
+        return False
+    longer = [
+        d.chain[len(drive.chain)]
+        for d in every
+        if len(d.chain) > len(drive.chain) and d.chain[: len(drive.chain)] == drive.chain
+    ]
+    return drive.carry is not None and any(float(model.decide(e, drive.hold)) >= 0 for e in longer)
 
 
 def _joint_samples(model: InteractionModel, chain: tuple[Interaction, ...]) -> Batch:

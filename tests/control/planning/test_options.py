@@ -17,11 +17,13 @@ from ichain_drake.control.planning.options import (
     _probe,
     _quiet_row,
     _shown,
+    _subsumed,
     chains,
     find_drives,
 )
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
+from ichain_drake.rules import without
 from ichain_drake.state import Role, StateSpace, Variable
 
 CARRY = Interaction("robot", "cup")
@@ -263,6 +265,28 @@ def test_a_drive_says_how_fast_it_is_and_from_where() -> None:
         assert abs(drive.hold["robot"][0] - 2.0) < 0.05
         np.testing.assert_array_equal(drive.before["robot"], drive.hold["robot"])
         assert all(model.decide(e, drive.hold) >= 0 for e in drive.chain)
+
+
+def test_what_a_longer_chain_says_of_a_carried_object_is_not_said_by_a_shorter_one() -> None:
+    model: Any = tap()
+    (carry,) = find_carries(model)
+    under = {
+        "robot": np.array([1.0, 1.0]),
+        "tap": np.zeros(1),
+        "tank": np.array([0.8, 0.0]),
+        "cup": np.array([1.0, 0.1]),
+    }
+    beside_ = {**under, "cup": np.array([0.2, 0.1])}
+    pour = Interaction("cup", "pot")
+    model.decide = lambda e, states: 0.1 - np.abs(states["cup"][..., 0] - 1.0)
+    short, long = (DriveOption(c, 1, 1, 0.1, carry, under, under) for c in ((TAKE,), (TAKE, pour)))
+    assert _subsumed(model, short, [short, long])
+    assert not _subsumed(model, short, [short])
+    assert not _subsumed(model, long, [short, long])
+    assert not _subsumed(model, replace(short, hold=beside_), [short, long]), "where that is not active"
+    assert not _subsumed(model, replace(short, carry=None), [short, long])
+    with without(["subsumed"]):
+        assert not _subsumed(model, short, [short, long])
 
 
 def test_samples_are_compared_in_the_surroundings_of_one_of_them() -> None:

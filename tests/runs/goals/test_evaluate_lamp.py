@@ -12,7 +12,7 @@ from ichain_drake.systems import SCENARIOS
 
 ROW = {
     "method", "physics", "case", "seed", "success", "error", "reason", "cause", "silent", "control_steps", "replans",
-    "pieces", "demonstrations",
+    "probability", "pieces", "demonstrations",
 }  # fmt: skip
 
 
