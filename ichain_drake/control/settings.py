@@ -23,6 +23,7 @@ class PlanningSettings:
             one; short of a step by more, and not getting on, it is stopped.
         noises: that a change must have at least, where it is to be seen in single readings.
         nearly: of the best sample's change, from which on the surest sample is taken.
+        unseen: weight of the distance from poses that were shown, in ranges.
         cheaper: times the length of a shorter plan that one may have which watches more interactions.
         meets: of a tick's largest change: how near a predicted state must be to a demonstrated one to go on from it.
         alike: of a tick's largest change, within which demonstrated states are one.
@@ -46,6 +47,7 @@ class PlanningSettings:
     push: float = setting(0.5, "share", above=0, upper=1)
     noises: float = setting(5.0, "noises", above=0)
     nearly: float = setting(0.9, "share", above=0, upper=1)
+    unseen: float = setting(4.0, "1", lower=0)
     cheaper: float = setting(1.2, "times", lower=1)
     meets: float = setting(0.35, "share", above=0)
     alike: float = setting(0.15, "share", above=0)

@@ -12,12 +12,14 @@ from ichain_drake.control.planning.carries import CarryOption, find_carries
 from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.options import (
+    _brimful,
     _in_context,
     _joint_samples,
     _probe,
     _quiet_row,
     _shown,
     _subsumed,
+    _unseen,
     chains,
     find_drives,
 )
@@ -42,6 +44,14 @@ def carry() -> CarryOption:
     return CarryOption(CARRY, np.array([0, 1]), np.array([[0.1, 0.0], [0.2, 0.02]]))
 
 
+def test_a_low_place_that_was_only_seen_turned_is_far_from_what_was_seen() -> None:
+    # The cup was low when tilted; upright it was never below 0.4.
+    seen = model([[0.5, 0.0], *[[0.4, 0.0]] * 3, [0.4, -1.2], *[[0.28, -1.2]] * 3])
+    width = np.array([0.5, 2.0])
+    away = _unseen(seen, carry(), np.array([[0.4, -0.8], [0.28, -1.2]]), width)  # type: ignore[arg-type]
+    np.testing.assert_allclose(away, [0.005, 0.12 / 0.5 + 0.005], atol=1e-9)
+
+
 def test_where_a_thing_was_only_ever_turned_it_was_not_shown() -> None:
     """The cup was as low as 0.31 when tilted; upright something stopped it at 0.32: five noises above."""
     seen = model([*[[0.35, 0.0]] * 3, [0.35, -1.2], *[[0.32, 0.0]] * 3, *[[0.31, -1.2]] * 3])
@@ -49,10 +59,14 @@ def test_where_a_thing_was_only_ever_turned_it_was_not_shown() -> None:
     assert _shown(seen, carry(), poses).tolist() == [True, True]  # type: ignore[arg-type]
     seen.noise["cup"] /= 2.0
     assert _shown(seen, carry(), poses).tolist() == [True, False]  # type: ignore[arg-type]
-    few = model([[0.354, 0.0], *[[0.6, 0.0]] * 5])
-    assert _shown(few, carry(), poses).tolist() == [False, False], "passed through once"  # type: ignore[arg-type]
-    nowhere = model([[0.35, -1.2]], roles=False)
-    assert _shown(nowhere, carry(), poses).all(), "what has no place can be turned anywhere"  # type: ignore[arg-type]
+
+
+def test_what_was_passed_through_once_is_not_taken_for_seen() -> None:
+    passed = model([*[[0.5, 0.0]] * 3, [0.28, 0.0]])
+    away = _unseen(passed, carry(), np.array([[0.5, 0.0], [0.28, 0.0]]), np.array([0.5, 2.0]))  # type: ignore[arg-type]
+    np.testing.assert_allclose(away, [0.005, 0.22 / 0.5 + 0.005], atol=1e-9)
+    few = model([[0.5, 0.0], [0.28, 0.0]])
+    assert _unseen(few, carry(), np.array([[0.5, 0.0]]), np.array([0.5, 2.0]))[0] > 0.4  # type: ignore[arg-type]
 
 
 def test_a_drive_begins_quietly_where_the_cup_was_let_go_rather_than_nearest_to_where_it_drives() -> None:
@@ -66,6 +80,11 @@ def test_a_drive_begins_quietly_where_the_cup_was_let_go_rather_than_nearest_to_
     quiet[[1, 3]] = False
     assert _quiet_row(seen, carry(), batch, quiet, 0) == 2  # type: ignore[arg-type]
     assert _quiet_row(seen, carry(), batch, np.zeros(4, dtype=bool), 0) == 0  # type: ignore[arg-type]
+
+
+def test_without_positions_every_pose_is_as_good() -> None:
+    seen = model([[0.5, 0.0]], roles=False)
+    assert not _unseen(seen, carry(), np.array([[0.4, -0.8]]), np.array([0.5, 2.0])).any()  # type: ignore[arg-type]
 
 
 def test_a_drive_is_found_from_where_there_is_room_for_it() -> None:
@@ -204,7 +223,8 @@ def test_how_near_a_quiet_pose_is_counts_by_the_range_of_each_variable() -> None
     poses = np.array([[0.3, 1.0], [0.1, 1.0], [0.3, 0.5]])
     known = CarryOption(CARRY, np.array([0, 1]), poses)
     batch = {"cup": poses, "robot": np.zeros((3, 1))}
-    assert _quiet_row(seen, known, batch, np.array([False, True, True]), 0) == 2  # type: ignore[arg-type]
+    with without(["unseen"]):
+        assert _quiet_row(seen, known, batch, np.array([False, True, True]), 0) == 2  # type: ignore[arg-type]
 
 
 TAKE, PRESS, RUN, FALL = (
@@ -287,6 +307,19 @@ def test_what_a_longer_chain_says_of_a_carried_object_is_not_said_by_a_shorter_o
     assert not _subsumed(model, replace(short, carry=None), [short, long])
     with without(["subsumed"]):
         assert not _subsumed(model, short, [short, long])
+
+
+def test_a_drive_must_not_begin_before_it_is_meant_to_however_full_what_is_carried_is() -> None:
+    model: Any = tap()
+    (carry,) = find_carries(model)
+    model.high["cup"][1] = 0.9
+    batch = {"cup": np.array([[0.3, 0.1], [0.5, 0.2]]), "tank": np.array([[0.8, 0.0]] * 2)}
+    full = _brimful(model, carry, batch)
+    np.testing.assert_allclose(full["cup"], [[0.3, 0.9], [0.5, 0.9]])
+    np.testing.assert_array_equal(full["tank"], batch["tank"])
+    np.testing.assert_allclose(batch["cup"][:, 1], [0.1, 0.2])
+    with without(["brimful"]):
+        assert _brimful(model, carry, batch) is batch
 
 
 def test_samples_are_compared_in_the_surroundings_of_one_of_them() -> None:

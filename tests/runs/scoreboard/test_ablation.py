@@ -80,11 +80,11 @@ def test_only_rules_that_were_asked_for_are_tried_and_they_are_off(monkeypatch: 
     monkeypatch.setattr("ichain_drake.runs.goals.fresh.timed_trial", trial)
     monkeypatch.setattr("ichain_drake.runs.goals.fresh.graph_spec", lambda config: None)
     monkeypatch.setattr("ichain_drake.runs.goals.fresh.learn", lambda *arguments, **named: object())
-    lines = tuple(GoalVariant("monitors", "none", without=name) for name in ("", "deviation", "turned_where_shown"))
-    job = FreshSeed(Shown, (), "ideal", 3, ("a.b >= 1",), lines, ("with", "no deviation", "not turned_where_shown"))  # type: ignore[arg-type]
-    with_it, no_deviation, not_turned_where_shown = run_jobs([job])
-    assert (with_it["success"], no_deviation["success"], not_turned_where_shown["success"]) == (True, False, True)
+    lines = tuple(GoalVariant("monitors", "none", without=name) for name in ("", "deviation", "subsumed"))
+    job = FreshSeed(Shown, (), "ideal", 3, ("a.b >= 1",), lines, ("with", "no deviation", "not subsumed"))  # type: ignore[arg-type]
+    with_it, no_deviation, not_subsumed = run_jobs([job])
+    assert (with_it["success"], no_deviation["success"], not_subsumed["success"]) == (True, False, True)
     assert (with_it["off"], no_deviation["off"]) == ([], ["deviation"])
-    assert not_turned_where_shown["off"] == []  # not run: it is the run with all rules
-    assert not_turned_where_shown["plan_seconds"] == 0.25
+    assert not_subsumed["off"] == []  # not run: it is the run with all rules
+    assert not_subsumed["plan_seconds"] == 0.25
     assert rules.switched_off() == frozenset()
