@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -146,7 +146,8 @@ def _relative(edge: Interaction, alignment: Alignment, parent: StateSpace, child
         for space, group, of_child in ((child, alignment.child, True), (parent, alignment.parent, False)):
             heading = heading_of(space, group.frame)
             if heading is not None:
-                return BodyInput(edge, alignment, label, heading, of_child)
+                # From where the parent is, not from where the child usually was beside it: that turns with them.
+                return BodyInput(edge, replace(alignment, shift=0.0 * alignment.shift), label, heading, of_child)
     return RelativeInput(edge, alignment, label)
 
 

@@ -1,5 +1,7 @@
 """What a status may look at: by roles, in the axes that mean something, and once."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -116,6 +118,21 @@ def test_a_place_beside_what_is_turned_turns_with_it(*, of_child: bool) -> None:
     third = {n: v + [0.0, 0.0, 0.3] for n, v in states.items()}
     c, s = np.cos(0.3), np.sin(0.3)
     np.testing.assert_allclose(item(third), [[c * x + s * y, c * y - s * x]])
+
+
+def test_what_stands_beside_a_body_is_so_wherever_and_however_that_stands() -> None:
+    """Two that stood still together, the child off by (1, 2): moved and turned together they are as they were."""
+    made = data(place("world", yaw=True), place("world"))
+    spaces = made.spaces
+    beside = apart(spaces["hand"], spaces["box"], {"world": np.eye(2)})
+    assert beside is not None
+    (first, *_), _ = ends(made, replace(beside, shift=np.array([1.0, 2.0])))
+    assert isinstance(first, BodyInput)
+    here = {"hand": np.array([[0.5, 0.4, 0.2, 0.0]]), "box": np.array([[1.5, 2.4, 0.0]])}
+    c, s = np.cos(0.9), np.sin(0.9)
+    off = np.array([[c, -s], [s, c]]) @ (here["box"][0, :2] - here["hand"][0, :2])
+    there = {"hand": np.array([[-3.0, 2.0, 1.1, 0.0]]), "box": np.array([[-3.0 + off[0], 2.0 + off[1], 0.0]])}
+    np.testing.assert_allclose(first(there), first(here))
 
 
 def test_an_angle_is_told_from_the_middle_of_what_was_shown_and_likes_are_compared_by_what_they_are() -> None:
