@@ -1,4 +1,4 @@
-"""A goal that needs every machine: `python benchmarks/many_machines.py 1 2 4 8 16 32 --run 4`.
+"""A goal that needs every machine: `python benchmarks/many_machines.py 1 2 4 8 --run 4`.
 
 So many dispensers stand in a row, each with cold water, and every tank is to be hot (`two_dispensers` with
 `machines`, `ideal` physics). Printed are how long learning and planning take, by processor time, with a power of
