@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,7 @@ import ichain_drake as ic
 from ichain_drake.demonstrations.columns import column
 from ichain_drake.runs.goals.run import GraphRun, own_goal, run_graph
 from ichain_drake.runs.intervals import success_interval, success_words
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import printed
 from ichain_drake.state import FloatArray
 from ichain_drake.systems.water_dispenser.layout import LAYOUT, MIDDLE
 
@@ -148,8 +147,7 @@ def main() -> None:
     if options.report:
         numbers = " ".join(f"--{name} {getattr(options, name)}" for name in ("seed", "trials", "contact"))
         command = f"python benchmarks/elsewhere.py {numbers}"
-        about = {"text": text, "command": command, "date": time.strftime("%Y-%m-%d"), "versions": versions()}
-        options.report.write_text(json.dumps({**about, "rows": rows}, indent=1))
+        options.report.write_text(json.dumps({**printed(text, command), "rows": rows}, indent=1))
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ import ichain_drake as ic
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.objects import WorldObject
 from ichain_drake.runs.goals.run import GraphRun, run_graph
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import printed
 from ichain_drake.scenarios.object_maker import ObjectMaker
 from ichain_drake.simulation.wiring import look, make_planner
 from ichain_drake.systems.two_dispensers.scenario import MachineStart, TwoDispensers, TwoDispensersConfig
@@ -99,8 +99,7 @@ def main() -> None:
             f" --run {' '.join(map(str, options.run))}" * bool(options.run)
         )
         command = f"python benchmarks/many_machines.py {chosen} --seed {options.seed}"
-        about = {"text": text, "command": command, "date": time.strftime("%Y-%m-%d"), "versions": versions()}
-        options.report.write_text(json.dumps({**about, "rows": rows}, indent=1))
+        options.report.write_text(json.dumps({**printed(text, command), "rows": rows}, indent=1))
 
 
 if __name__ == "__main__":

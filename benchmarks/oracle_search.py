@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from ichain_drake import load_scenario
 from ichain_drake.control.tracking.levels import PredictiveWeights
 from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.following import oracle_follow
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import printed
 from ichain_drake.scenarios.base import PathScenario
 
 SEEDS = range(100, 106)
@@ -103,8 +102,7 @@ def main() -> None:
     print(text)
     if options.report:
         command = f"python benchmarks/oracle_search.py {' '.join(options.systems)} --first {options.first}"
-        about = {"text": text, "command": command, "date": time.strftime("%Y-%m-%d"), "versions": versions()}
-        options.report.write_text(json.dumps({**about, "rows": rows}, indent=1))
+        options.report.write_text(json.dumps({**printed(text, command), "rows": rows}, indent=1))
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ import ichain_drake as ic
 from ichain_drake.demonstrations.columns import column
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.runs.intervals import success_interval, success_words
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import printed
 from ichain_drake.simulation.wiring import look
 
 SHARES = (0.3, 1.0)
@@ -130,8 +130,7 @@ def main() -> None:
     if options.report:
         numbers = " ".join(f"--{name} {getattr(options, name)}" for name in ("seed", "seeds", "goals"))
         command = f"python benchmarks/random_goals.py {' '.join(options.systems)} {numbers}"
-        about = {"text": text, "command": command, "date": time.strftime("%Y-%m-%d"), "versions": versions()}
-        options.report.write_text(json.dumps({**about, "rows": rows}, indent=1))
+        options.report.write_text(json.dumps({**printed(text, command), "rows": rows}, indent=1))
 
 
 if __name__ == "__main__":

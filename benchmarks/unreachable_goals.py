@@ -22,7 +22,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.runs.goals.plan import make_plan
 from ichain_drake.runs.goals.settings import planner_of
 from ichain_drake.runs.intervals import success_interval, success_words
-from ichain_drake.runs.provenance import versions
+from ichain_drake.runs.provenance import printed
 from ichain_drake.simulation.wiring import look
 
 OUTSIDE = Path(__file__).parent.parent / "tests" / "helpers" / "outside"
@@ -107,8 +107,9 @@ def main() -> None:
     print(text)
     if options.report:
         command = f"python benchmarks/unreachable_goals.py --seed {options.seed}"
-        about = {"text": text, "command": command, "date": time.strftime("%Y-%m-%d"), "versions": versions()}
-        options.report.write_text(json.dumps({**about, "rows": pd.DataFrame(rows).to_dict("records")}, indent=1))
+        options.report.write_text(
+            json.dumps({**printed(text, command), "rows": pd.DataFrame(rows).to_dict("records")}, indent=1)
+        )
 
 
 if __name__ == "__main__":

@@ -12,11 +12,12 @@ from rich.table import Table
 
 from ichain_drake import rules
 from ichain_drake.cli.console import Reporter
-from ichain_drake.cli.run import deliver_report, printed
+from ichain_drake.cli.options import command_said
+from ichain_drake.cli.run import deliver_report
 from ichain_drake.errors import InputError, WorkerLostError
 from ichain_drake.runs.clusters.workers import Say
 from ichain_drake.runs.paths.output import prepare_file, prepare_folder
-from ichain_drake.runs.provenance import code_hash, given_of
+from ichain_drake.runs.provenance import code_hash, given_of, printed
 from ichain_drake.runs.row_file import RowFile, rows_beside
 from ichain_drake.runs.runner import EvaluationInterrupted
 from ichain_drake.scenarios import Scenario
@@ -91,7 +92,7 @@ def run_evaluation(evaluation: Evaluation, report: str | None, output: Path | No
             stopped, found = interruption, interruption.found
     text = evaluation.text(found)
     document = {
-        **printed(text),
+        **printed(text, command_said()),
         "scenario": scenario.name,
         "physics": scenario.physics,
         "seed": scenario.seed,

@@ -92,8 +92,10 @@ def benchmarks(
     """
     from ichain_drake import benchmarks as measured
     from ichain_drake.cli.console import Reporter
-    from ichain_drake.cli.run import deliver_report, printed
+    from ichain_drake.cli.options import command_said
+    from ichain_drake.cli.run import deliver_report
     from ichain_drake.runs.paths.output import prepare_file
+    from ichain_drake.runs.provenance import printed
 
     if report not in (None, "-"):
         prepare_file(Path(report))
@@ -111,4 +113,4 @@ def benchmarks(
         else:
             results = measured.run_benchmarks(say)
             text = measured.format_table(results)
-    deliver_report({**results, **printed(text)}, report, text=text)
+    deliver_report({**results, **printed(text, command_said())}, report, text=text)

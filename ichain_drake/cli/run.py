@@ -6,7 +6,6 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from rich.table import Table
 
 from ichain_drake.cli.console import Reporter
 from ichain_drake.cli.live import shown_live
-from ichain_drake.cli.options import command_said
 from ichain_drake.cli.run_files import RunFiles
 from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goal_text import check_goal_text
@@ -33,7 +31,6 @@ from ichain_drake.runs.paths.choice import choose_paths
 from ichain_drake.runs.paths.output import write_report
 from ichain_drake.runs.paths.result import PathRun
 from ichain_drake.runs.pieces import check_settings
-from ichain_drake.runs.provenance import versions
 from ichain_drake.runs.run import carry_out, start_run
 from ichain_drake.scenarios import PathScenario, Scenario, build_world
 
@@ -268,16 +265,6 @@ def draw_graph(scenario: Scenario, file: Path | None, *, diagram: bool) -> str:
         return text
     write_drawing(dot, file)
     return f"written: {file}"
-
-
-def printed(text: str) -> dict[str, Any]:
-    """What a report says of its table, so that pages can show it: the text, the command, the date and the versions.
-
-    Args:
-        text: of the table.
-    """
-    date = datetime.now(UTC).date().isoformat()
-    return {"text": text, "command": command_said(), "date": date, "versions": versions()}
 
 
 def deliver_report(report: dict[str, Any], file: str | None, text: str) -> None:

@@ -97,10 +97,11 @@ def _measure(
         EvaluationInterrupted, WorkerLostError: once the report on what was finished is written.
     """
     from ichain_drake.cli.console import Reporter
-    from ichain_drake.cli.run import deliver_report, printed
+    from ichain_drake.cli.options import command_said
+    from ichain_drake.cli.run import deliver_report
     from ichain_drake.errors import WorkerLostError
     from ichain_drake.runs.paths.output import prepare_file
-    from ichain_drake.runs.provenance import versions
+    from ichain_drake.runs.provenance import printed, versions
     from ichain_drake.runs.row_file import RowFile, rows_beside
     from ichain_drake.runs.runner import EvaluationInterrupted
     from ichain_drake.runs.scoreboard.scoreboard import run_scoreboard
@@ -118,7 +119,7 @@ def _measure(
             stopped, found = interruption, interruption.found
     text = format_scoreboard({**about, **found})
     document = {
-        **printed(text),
+        **printed(text, command_said()),
         "reason": "every trial was run" if stopped is None else str(stopped),
         **about,
         **found,

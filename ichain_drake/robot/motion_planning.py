@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydrake.math import RigidTransform
 
 from ichain_drake.errors import InputError, UnreachableError
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.robot.arm_rollout import ArmRollout, Stretch
 from ichain_drake.robot.collision import CollisionScene
 from ichain_drake.robot.hand_lines import MARGIN, HandLines, TreeNode
@@ -57,29 +57,16 @@ class MotionPlanner:
         self.kinematics = ArmKinematics(control_plant(spec), spec)
         self._scenes: dict[str | None, CollisionScene] = {None: CollisionScene(spec, self._bodies, self._in_hand)}
 
-    def path(
-        self,
-        now: ArrayLike,
-        goal: ArrayLike,
-        held: str | None = None,
-        left: Mapping[str, FloatArray] | None = None,
-        shown: ArrayLike | None = None,
-        touched: str | None = None,
-    ) -> FloatArray:
+    def path(self, query: MotionQuery) -> FloatArray:
         """Hand commands to a goal, one a tick.
 
         Variables of the hand that are the same at both ends stay as they are on the way (but its place); the grip
         changes last.
 
         Args:
-            now: hand state, exposed variables, shape (n_exposed,).
-            goal: wanted hand state, shape (n_exposed,).
-            held: object that is held and goes along; one without a declared body is taken for small.
-            left: hand state, shape (n_exposed,), in which each object that stands around was, or would be, let go of.
-            shown: commands that were shown to lead to the goal, one a tick, shape (n, n_exposed), the last is the goal:
-                gone as they are if nothing is touched, however near it is; else as any other way.
-            touched: object that they lead to: of what is not fixed, nothing else is touched on the way and at the goal.
-                None where they lead away from everything.
+            query: hand states in exposed variables. What is held without a declared body is taken for small. What was
+                shown is gone as it is if nothing is touched, however near it is, else as any other way; of what is not
+                fixed, nothing but what it leads to is touched on the way and at the goal.
 
         Returns:
             shape (n, n_exposed), n >= 1; the last row is the goal.
@@ -89,23 +76,23 @@ class MotionPlanner:
             UnreachableError: if there is no way; names what collides.
         """
         hand = self.spec.hand
-        start, end = (np.array(hand.space.check(v, "hand state")) for v in (now, goal))
+        start, end = (np.array(hand.space.check(v, "hand state")) for v in (query.now, query.goal))
         wanted = end.copy()
         grip = [i for i, v in enumerate(hand.space.variables) if v.kind == "binary"]
         end[grip] = start[grip]
-        scene = self._scene(held)
-        scene.place({n: hand.full(v) for n, v in (left or {}).items() if n != held})
+        scene = self._scene(query.held)
+        scene.place({n: hand.full(v) for n, v in query.left.items() if n != query.held})
         first, last = (TreeNode(v, self.kinematics.solve(hand.full(v))) for v in (start, end))
         lines = HandLines(hand, ArmRollout(self.kinematics, scene, MARGIN), (first, last))
-        leaves = shown is not None and touched is None
+        leaves = query.shown is not None and query.touched is None
         overlap = 0.0 if leaves else _PRESSED if scene.held is None else _PUT_DOWN
         if lines.clearances[1] < min(-overlap, lines.clearances[0]):
             raise UnreachableError(self._blocked(lines, scene))
-        if shown is not None:
-            rows = [np.array(hand.space.check(v, "hand state")) for v in np.asarray(shown, dtype=float)]
+        if query.shown is not None:
+            rows = [np.array(hand.space.check(v, "hand state")) for v in np.asarray(query.shown, dtype=float)]
             for row in rows:
                 row[grip] = start[grip]
-            others = scene.free - {touched}
+            others = scene.free - {query.touched}
 
             def apart(node: TreeNode) -> float:
                 return scene.clearance(node.joints, hand.full(node.hand), 0.0, others)

@@ -8,6 +8,7 @@ import importlib.metadata
 import inspect
 import platform
 from collections.abc import Collection
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,16 @@ def versions() -> dict[str, str]:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             found[name] = importlib.metadata.version(name)
     return found
+
+
+def printed(text: str, command: str) -> dict[str, Any]:
+    """What a report says of its table, so that pages can show it: the text, the command, the date and the versions.
+
+    Args:
+        text: of the table.
+        command: that prints it.
+    """
+    return {"text": text, "command": command, "date": datetime.now(UTC).date().isoformat(), "versions": versions()}
 
 
 def given_of(scenario: Any) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from pydrake.systems.framework import Diagram
 
-from ichain_drake.control.execution.course import Motion
+from ichain_drake.control.execution.course import RobotMotion
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.robot import Physics
 from ichain_drake.scenarios.base import Progress
@@ -37,4 +37,4 @@ class GoalScenario(Protocol):
 class PlansMotion(Protocol):
     """A scenario whose robot can hit things: it says how to get around them."""
 
-    def make_motion(self) -> Motion | None: ...  # noqa: D102 - None: straight lines
+    def make_motion(self) -> RobotMotion | None: ...  # noqa: D102 - None: straight lines

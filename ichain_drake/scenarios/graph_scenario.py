@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Generic
 import numpy as np
 from pydrake.systems.framework import Diagram
 
-from ichain_drake.control.execution.course import Motion
+from ichain_drake.control.execution.course import RobotMotion
 from ichain_drake.control.planning.planner import PLANNERS
 from ichain_drake.control.tracking.path import TimedPath
 from ichain_drake.demonstrations.table import Demonstration
@@ -134,7 +134,7 @@ class GraphScenario(Scenario, Generic[StartT]):
         """The full hand state that each robot starts from, shape (7,) each."""
         return {self.graph.root: self.start_hand(start)}
 
-    def make_motion(self) -> Motion | None:
+    def make_motion(self) -> RobotMotion | None:
         """Ways of the hand around what stands in its way; None for straight lines."""
         return None
 

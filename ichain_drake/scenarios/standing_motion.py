@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.robot import MotionPlanner
 from ichain_drake.state import FloatArray
 
@@ -25,14 +27,6 @@ class StandingMotion:
         self.planner = planner
         self._standing = {n: np.array(v, dtype=float) for n, v in standing.items()}
 
-    def path(
-        self,
-        now: FloatArray,
-        goal: FloatArray,
-        held: str | None = None,
-        left: Mapping[str, FloatArray] | None = None,
-        shown: FloatArray | None = None,
-        touched: str | None = None,
-    ) -> FloatArray:
+    def path(self, query: MotionQuery) -> FloatArray:
         """See `MotionPlanner.path`."""
-        return self.planner.path(now, goal, held, {**self._standing, **(left or {})}, shown, touched)
+        return self.planner.path(replace(query, left={**self._standing, **query.left}))

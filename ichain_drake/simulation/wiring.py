@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, System
 
 from ichain_drake.control.execution.controller import GraphController
-from ichain_drake.control.execution.course import Motion
+from ichain_drake.control.execution.course import RobotMotion
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Planner
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Goal, States
@@ -68,7 +68,7 @@ def goal_controller(
     model: InteractionModel,
     goal: Goal,
     *,
-    motion: Motion | None = None,
+    motion: RobotMotion | None = None,
     own_skills: OwnSkills | None = None,
     settings: ExecutorSettings | None = None,
     planner: Planner | str = "fast",
@@ -100,7 +100,7 @@ def AddController(  # noqa: N802 - named as Drake names what adds systems to a b
     model: InteractionModel,
     task: Task,
     *,
-    motion: Motion | None = None,
+    motion: RobotMotion | None = None,
     own_skills: OwnSkills | None = None,
     settings: ExecutorSettings | None = None,
     planner: Planner | str = "fast",

@@ -5,7 +5,6 @@ The pieces can't show that: no hand is ever at the ball behind the shut lid, sin
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -20,6 +19,7 @@ from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning import InteractionModel, InteractionSpec, learn_interactions
 from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 from ichain_drake.timing import TICK
 
@@ -148,20 +148,13 @@ def readings(world: Chest) -> dict[str, FloatArray]:
 
 
 class Before:
-    """A `Motion` that knows the chest: straight, but for a shut lid."""
+    """A `RobotMotion` that knows the chest: straight, but for a shut lid."""
 
     def __init__(self, world: Chest) -> None:
         self.world = world
 
-    def path(
-        self,
-        now: FloatArray,
-        goal: FloatArray,
-        held: str | None = None,
-        left: Mapping[str, FloatArray] | None = None,
-        shown: FloatArray | None = None,
-        touched: str | None = None,
-    ) -> FloatArray:
+    def path(self, query: MotionQuery) -> FloatArray:
+        now, goal = np.asarray(query.now), np.asarray(query.goal)
         if self.world.shut and goal[0] > DOORWAY:
             raise UnreachableError("the lid is in the way")
         rows = np.linspace(now, goal, max(1, int(np.ceil(np.max(np.abs(goal - now)[:3]) / 0.04))) + 1)[1:]

@@ -12,6 +12,7 @@ from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.errors import InputError
 from ichain_drake.learning import InteractionSpec
 from ichain_drake.learning.chain.link import EstimatorSpec
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.objects import Cup, Kettle
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.runs.learn import learn
@@ -176,8 +177,8 @@ def test_the_hand_carries_the_bottle_around_a_kettle_that_it_never_touched() -> 
     assert scenario().make_motion() is None
     hand = np.array([0.70, -0.15, 0.13, 0.0, FORWARD, 1.0])
     over = np.array([*LAYOUT.plate_middle, 0.30, 0.0, FORWARD, 1.0])
-    through = motion.planner.path(hand, over, BOTTLE)
-    around = motion.path(hand, over, BOTTLE)
+    through = motion.planner.path(MotionQuery(hand, over, BOTTLE))
+    around = motion.path(MotionQuery(hand, over, BOTTLE))
     top = LAYOUT.plate.height + LAYOUT.kettle.height
 
     def bottom_near_the_spout(path: np.ndarray) -> float:

@@ -20,6 +20,7 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning import InteractionModel, InteractionSpec
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.robot.models import model_parser, resolve_model
 from ichain_drake.runs.goals.evaluation import score_classifiers
 from ichain_drake.runs.goals.run import GraphRun, run_graph
@@ -179,14 +180,15 @@ def test_the_hand_finds_its_way_in_only_where_it_left_the_door_open() -> None:
     motion = Microwave((), "contact").make_motion()
     assert motion is not None
     before, inside = np.array([0.54, 0.045, 0.075, 0.0, 0.0]), np.array([0.755, 0.045, 0.075, 0.0, 0.0])
-    way = motion.path(before, inside)
+    way = motion.path(MotionQuery(before, inside))
     np.testing.assert_array_equal(way[-1], inside)
     at_handle = np.array([*LAYOUT.door.point, 0.0, 0.0])
     with pytest.raises(UnreachableError, match="door"):
-        motion.path(before, inside, left={DOOR: at_handle})
-    assert len(motion.path(before, inside, left={DOOR: at_handle + [0.0, OPEN, 0.0, 0.0, 0.0]})) == len(way)
+        motion.path(MotionQuery(before, inside, left={DOOR: at_handle}))
+    opened = {DOOR: at_handle + [0.0, OPEN, 0.0, 0.0, 0.0]}
+    assert len(motion.path(MotionQuery(before, inside, left=opened))) == len(way)
     # A part that is held goes along.
-    assert len(motion.path(at_handle, at_handle + [0.0, 0.1, 0.0, 0.0, 0.0], held=DOOR, left={})) <= 6
+    assert len(motion.path(MotionQuery(at_handle, at_handle + [0.0, 0.1, 0.0, 0.0, 0.0], held=DOOR, left={}))) <= 6
 
 
 # Pieces.

@@ -5,6 +5,7 @@ import pytest
 
 from ichain_drake.errors import UnreachableError
 from ichain_drake.learning import InteractionModel
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.robot import MotionPlanner
 from ichain_drake.runs.goals.run import GraphRun, run_graph
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
@@ -49,7 +50,7 @@ def test_a_point_needs_no_ways_and_an_arm_does() -> None:
     motion = WaterDispenser((), "arm").make_motion()
     assert isinstance(motion, MotionPlanner)
     above, below = (np.array([0.68, 0.06, z, 0.0, np.pi / 2, 1.0]) for z in (0.36, 0.0715))
-    path = motion.path(above, below, "cup")  # from over the inlet to the tray
+    path = motion.path(MotionQuery(above, below, "cup"))  # from over the inlet to the tray
     assert path[:, 0].min() < 0.61
     with pytest.raises(UnreachableError, match="machine.body"):
-        motion.path(above, [0.68, 0.06, 0.2, 0.0, np.pi / 2, 1.0], "cup")
+        motion.path(MotionQuery(above, [0.68, 0.06, 0.2, 0.0, np.pi / 2, 1.0], "cup"))

@@ -10,31 +10,15 @@ import numpy as np
 
 from ichain_drake.control.planning.travel import jumping, step_towards
 from ichain_drake.control.settings import PLANNING
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.state import FloatArray, StateSpace
 
 
-class Motion(Protocol):
+class RobotMotion(Protocol):
     """How the robot gets somewhere without hitting anything; what it knows of itself and the scene is its own."""
 
-    def path(
-        self,
-        now: FloatArray,
-        goal: FloatArray,
-        held: str | None = None,
-        left: Mapping[str, FloatArray] | None = None,
-        shown: FloatArray | None = None,
-        touched: str | None = None,
-    ) -> FloatArray:
+    def path(self, query: MotionQuery) -> FloatArray:
         """Robot commands to a goal, one a tick, shape (n, n_root); the last is the goal.
-
-        Args:
-            now: last command, shape (n_root,).
-            goal: shape (n_root,).
-            held: object that goes along with the robot.
-            left: robot state, shape (n_root,), in which each object that stands around was, or would be, let go of.
-            shown: commands that were shown to lead to the goal, one a tick, shape (n, n_root), the last is the goal:
-                gone as they are where they hit nothing.
-            touched: object that they lead to, which is touched at the goal; None where they lead away from everything.
 
         Raises:
             UnreachableError: if there is no way.
@@ -62,7 +46,7 @@ class Course:
         now: FloatArray,
         goal: FloatArray,
         limit: FloatArray,
-        motion: Motion | None = None,
+        motion: RobotMotion | None = None,
         held: str | None = None,
         standing: Callable[[], Mapping[str, FloatArray]] = dict,
         news: int = 0,
@@ -75,7 +59,7 @@ class Course:
             goal: shape (n_root,).
             limit: largest change in a tick, shape (n_root,).
             motion: lays out the way.
-            held: see `Motion`.
+            held: see `MotionQuery`.
             standing: makes its `left`.
             news: how much is known of what is in the way; where it is more than it was, the way is laid out anew.
 
@@ -90,7 +74,7 @@ class Course:
         goal = space.clip(goal)
         if self.goal is None or not self.rows or news != self.news or self._moved(space, goal, limit):
             self.goal, self.news = goal, news
-            self.rows = list(motion.path(now, goal, held, standing()))
+            self.rows = list(motion.path(MotionQuery(now, goal, held, standing())))
         self.rows[-1] = goal
         command = self.rows.pop(0)
         return np.array(command), not self.rows

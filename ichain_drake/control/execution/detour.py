@@ -18,6 +18,7 @@ from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.errors import UnreachableError
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.state import BoolArray, FloatArray, IntArray, StateSpace
 
 _Node = tuple[int, ...]
@@ -86,7 +87,7 @@ class Blocked:
 
 @dataclass(frozen=True, eq=False)
 class Detour:
-    """A `Motion` around places where the robot was stopped.
+    """A `RobotMotion` around places where the robot was stopped.
 
     Attributes:
         space: of the robot.
@@ -98,29 +99,22 @@ class Detour:
     limit: FloatArray
     blocked: Blocked
 
-    def path(
-        self,
-        now: FloatArray,
-        goal: FloatArray,
-        held: str | None = None,
-        left: Mapping[str, FloatArray] | None = None,
-        shown: FloatArray | None = None,
-        touched: str | None = None,
-    ) -> FloatArray:
-        """See `Motion`; what else changes on the way does so in proportion. What was shown, it may be to push, is free.
+    def path(self, query: MotionQuery) -> FloatArray:
+        """See `RobotMotion`; what else changes does so in proportion. What was shown, it may be to push, is free.
 
         Raises:
             UnreachableError: if the goal itself is blocked, or all ways to it are.
         """
-        if shown is not None:
-            return np.array(shown, dtype=float)
+        if query.shown is not None:
+            return np.array(query.shown, dtype=float)
+        now, goal = (np.array(v, dtype=float) for v in (query.now, query.goal))
         start, end = now[self._place], goal[self._place]
         if self.blocked.again > LEARNING.few or self._hits(end[None], PLANNING.push).any():
             raise UnreachableError("the robot was stopped on the way there")
         corners = [start, end] if self._clear(start, end) else self._around(start, end)
         parts = [np.max(np.abs(b - a) / self._step) for a, b in pairwise(corners)]
         shares = np.cumsum(parts) / max(float(np.sum(parts)), 1e-9)
-        rows, at = [], np.array(now, dtype=float)
+        rows, at = [], now
         way = self.space.difference(goal, now)
         for corner, share in zip(corners[1:], shares, strict=True):
             target = np.where(jumping(self.space), now, now + share * way)
@@ -129,7 +123,7 @@ class Detour:
             while not there:
                 at, there = step_towards(self.space, at, target, self.limit)
                 rows.append(at)
-        rows[-1] = np.array(goal, dtype=float)
+        rows[-1] = goal
         return np.array(rows)
 
     @property

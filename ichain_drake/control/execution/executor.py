@@ -13,7 +13,7 @@ import numpy as np
 
 from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.carrying import CarryTask
-from ichain_drake.control.execution.course import Motion
+from ichain_drake.control.execution.course import RobotMotion
 from ichain_drake.control.execution.detour import Blocked, Detour, places, stopped_before
 from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
@@ -64,7 +64,7 @@ class Executor:
         planner: Planner,
         goal: Goal,
         settings: ExecutorSettings | None = None,
-        motion: Motion | None = None,
+        motion: RobotMotion | None = None,
     ) -> None:
         self.model, self.skills, self.planner, self.goal = model, skills, planner, goal
         self.settings = settings or ExecutorSettings()

@@ -11,11 +11,12 @@ from enum import IntEnum
 
 import numpy as np
 
-from ichain_drake.control.execution.course import Course, Motion
+from ichain_drake.control.execution.course import Course, RobotMotion
 from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.planning.travel import jumping, step_towards
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.state import FloatArray
 
 DONE = "done"
@@ -78,7 +79,7 @@ class View:
     command: FloatArray
     monitors: bool = True
     attempts: int = 4
-    motion: Motion | None = None
+    motion: RobotMotion | None = None
     standing: Callable[[], Mapping[str, FloatArray]] = dict
     follows: str = ""
     stopped: bool = False
@@ -140,7 +141,7 @@ class View:
         if self.motion is None:
             return list(shown)
         left = dict(self.standing()) | ({} if taken is None else {taken: shown[-1]})
-        return list(self.motion.path(self.command, shown[-1], None, left, shown, taken))
+        return list(self.motion.path(MotionQuery(self.command, shown[-1], None, left, shown, taken)))
 
 
 @dataclass(eq=False)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-import numpy as np
 from pydrake.math import RigidTransform
 
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.robot import BodySpec, MotionPlanner, RobotSpec
 from ichain_drake.state import FloatArray
 from ichain_drake.systems.microwave.layout import LAYOUT
@@ -36,22 +36,14 @@ class OvenMotion:
         self._spec, self._bodies, self._door, self._start, self._in_hand = spec, bodies, door, start, dict(in_hand)
         self._planners: dict[tuple[float, str], MotionPlanner] = {}
 
-    def path(
-        self,
-        now: FloatArray,
-        goal: FloatArray,
-        held: str | None = None,
-        left: Mapping[str, FloatArray] | None = None,
-        shown: FloatArray | None = None,
-        touched: str | None = None,
-    ) -> FloatArray:
+    def path(self, query: MotionQuery) -> FloatArray:
         """See `MotionPlanner.path`."""
         at = self._start
-        if left is not None and self._door in left:
-            at = float(self._spec.hand.full(left[self._door])[_Y]) - LAYOUT.door.point[_Y]
+        if self._door in query.left:
+            at = float(self._spec.hand.full(query.left[self._door])[_Y]) - LAYOUT.door.point[_Y]
         at = min(max(round(at / _ROUNDED) * _ROUNDED, 0.0), LAYOUT.door.travel)
-        part = "" if held is None or held in self._in_hand else held
+        part = "" if query.held is None or query.held in self._in_hand else query.held
         if (at, part) not in self._planners:
             bodies = {n: b for n, b in self._bodies(at).items() if n != part}
             self._planners[at, part] = MotionPlanner(self._spec, bodies, self._in_hand)
-        return self._planners[at, part].path(np.asarray(now), np.asarray(goal), held, left, shown, touched)
+        return self._planners[at, part].path(query)

@@ -1,7 +1,5 @@
 """Ways that the robot's side lays out: followed tick by tick, kept while the goal moves little, and refused."""
 
-from collections.abc import Mapping
-
 import numpy as np
 import pytest
 from small_job import drive, fresh, learned, readings
@@ -13,6 +11,7 @@ from ichain_drake.control.execution.tasks import Mode, View
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.state import FloatArray, StateSpace, Variable
 
 SPACE = StateSpace(
@@ -29,16 +28,9 @@ class OverTheTop:
         self.axis, self.refused, self.blocked = axis, refused, blocked
         self.asked: list[tuple[FloatArray, str | None, dict[str, FloatArray]]] = []
 
-    def path(
-        self,
-        now: FloatArray,
-        goal: FloatArray,
-        held: str | None = None,
-        left: Mapping[str, FloatArray] | None = None,
-        shown: FloatArray | None = None,
-        touched: str | None = None,
-    ) -> FloatArray:
-        self.asked.append((goal, held, dict(left or {})))
+    def path(self, query: MotionQuery) -> FloatArray:
+        now, goal = np.asarray(query.now), np.asarray(query.goal)
+        self.asked.append((goal, query.held, dict(query.left)))
         if self.blocked or len(self.asked) <= self.refused:
             raise UnreachableError("the boom and the shed are in the way")
         up = np.array([0.0, 0.0, 0.0, 0.0])[: len(now)]

@@ -14,6 +14,7 @@ from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.errors import UnreachableError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.state import FloatArray, Role, StateSpace, Variable
 
 SPACE = StateSpace(
@@ -33,7 +34,7 @@ def wall(low: float, high: float, x: float = 1.0) -> FloatArray:
 
 
 def path(places: FloatArray, again: int = 0) -> FloatArray:
-    return Detour(SPACE, LIMIT, Blocked(places, again=again)).path(START, GOAL)
+    return Detour(SPACE, LIMIT, Blocked(places, again=again)).path(MotionQuery(START, GOAL))
 
 
 def test_where_nothing_is_in_the_way_it_is_straight() -> None:

@@ -156,8 +156,9 @@ class Around:
         self.asked: list[tuple[np.ndarray, np.ndarray, object, dict[str, np.ndarray], str | None]] = []
         self.refused = refused
 
-    def path(self, now, goal, held=None, left=None, shown=None, touched=None):
-        self.asked.append((now, goal, shown, dict(left or {}), touched))
+    def path(self, query):
+        now, goal, shown = query.now, query.goal, query.shown
+        self.asked.append((now, goal, shown, dict(query.left), query.touched))
         if shown is not None and len(self.shown) <= self.refused:
             raise UnreachableError("the table is in the way")
         beside = 0.5 * (now + goal) + [0.05, 0.0, 0.0]
@@ -240,11 +241,11 @@ class NoWay:
     def __init__(self, times: int) -> None:
         self.times, self.asked = times, 0
 
-    def path(self, now, goal, held=None, left=None, shown=None, touched=None):
+    def path(self, query):
         self.asked += 1
         if self.asked <= self.times:
             raise UnreachableError("there is a wall")
-        return np.array([goal]) if shown is None else shown
+        return np.array([query.goal]) if query.shown is None else query.shown
 
     def __deepcopy__(self, memo: object) -> NoWay:
         return self
