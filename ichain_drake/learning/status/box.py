@@ -131,8 +131,16 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
         noise = np.asarray(self.noise, dtype=float)
         if noise.shape not in ((), (x.shape[1],)) or not (noise >= 0).all():
             raise InputError(f"BoxClassifier: noise {self.noise!r}: give one number from 0, or one an input")
-        noise = np.broadcast_to(noise, (x.shape[1],))
-        positive = code == 1
+        return self.fit_flags(x, code == 1)
+
+    def fit_flags(self, x: FloatArray, positive: NDArray[np.bool_]) -> Self:
+        """Fit to what was checked before: `fit` without its checks, which would be most of the work for few samples.
+
+        Args:
+            x: finite inputs, shape (n_samples, n_features).
+            positive: whether each sample is of the second class, shape (n_samples,); some are, some are not.
+        """
+        noise = np.broadcast_to(np.asarray(self.noise, dtype=float), (x.shape[1],))
         faces = self._placed(x, positive)
         self.slip_ = (1.0 + np.sum(faces.inside() != positive)) / (2.0 + len(x))
         self.shown_ = faces.shown()

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +53,8 @@ class InputChoice:
     def __init__(self, truth: BoolArray, piece: NDArray[np.intp], fold: NDArray[np.intp], begins: BoolArray) -> None:
         self.truth, self.piece, self.fold, self.begins = truth, piece, fold, begins
         self.slip = least_slip(truth)
+        # Two searches, and each step of one, ask about the same inputs again: a box is small, so all are kept.
+        self._boxes: dict[tuple[tuple[Candidate, ...], bool, bool], list[tuple[int | None, BoxClassifier]]] = {}
 
     def choose(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """Inputs to look at, in the order in which they were found; empty if none tells anything.
@@ -86,10 +88,12 @@ class InputChoice:
             chosen: the choice.
             candidates: all of them.
         """
+        chance = float(np.log(len(candidates)))
         free = [c for c in candidates if c not in chosen and not c.caused]
+        free = [c for c in free if self._gains(chosen, (c,), seen=True).sum() > chance]  # which bounds what is left out
         gains = [float(self._gains(chosen, (c,)).sum()) for c in free]
         order = np.argsort(-np.array(gains), kind="stable")
-        return [free[k] for k in order if gains[k] > np.log(len(candidates))]
+        return [free[k] for k in order if gains[k] > chance]
 
     def tells(self, candidate: Candidate) -> bool:
         """Whether an input by itself clearly tells some rows in which the interaction is inactive."""
@@ -151,27 +155,45 @@ class InputChoice:
 
     def _gains(self, chosen: Sequence[Candidate], further: Sequence[Candidate], *, seen: bool = False) -> FloatArray:
         """What further inputs add to the log-likelihood of each piece, shape (n_pieces,), left out or seen."""
-        rows = np.flatnonzero(self.begins) if further[0].caused else np.arange(len(self.truth))
-        gain = self._likelihood([*chosen, *further], rows, seen=seen) - self._likelihood(chosen, rows, seen=seen)
-        return by_part(gain, self.piece[rows])
+        onset = further[0].caused
+        gain = self._likelihood((*chosen, *further), onset=onset, seen=seen) - self._likelihood(
+            tuple(chosen), onset=onset, seen=seen
+        )
+        return by_part(gain, self.piece[self._rows(onset=onset)])
 
     def left_out(self, chosen: Sequence[Candidate]) -> FloatArray:
         """Log-likelihood of each row's flag, shape (n,), by a box that has not seen its fold."""
-        return self._likelihood(chosen, np.arange(len(self.truth)), seen=False)
+        return self._likelihood(tuple(chosen), onset=False, seen=False)
 
-    def _likelihood(self, chosen: Sequence[Candidate], rows: NDArray[np.intp], *, seen: bool) -> FloatArray:
-        """Log-likelihood of some rows by a box that has not seen their fold, or has seen all, shape (n_rows,)."""
-        truth, fold = self.truth[rows], self.fold[rows]
+    def _rows(self, *, onset: bool) -> NDArray[np.intp]:
+        """Rows that are evidence: all, or those before which the interaction was inactive."""
+        return np.flatnonzero(self.begins) if onset else np.arange(len(self.truth))
+
+    def _likelihood(self, chosen: tuple[Candidate, ...], *, onset: bool, seen: bool) -> FloatArray:
+        """Log-likelihood of rows by a box that has not seen their fold, or has seen all, shape (n_rows,)."""
+        rows = self._rows(onset=onset)
+        truth = self.truth[rows]
         out = log_probability(truth, np.ones(len(rows)), self.slip)
         if not chosen:
             return out
         x = np.hstack([c.values[rows] for c in chosen])
-        box = BoxClassifier(noise=np.concatenate([c.noise for c in chosen]), partial=True)
-        for test in (np.ones(len(rows), dtype=bool),) if seen else (fold == k for k in np.unique(fold)):
-            train = test if seen else ~test
-            if truth[train].any() and not truth[train].all():
-                out[test] = box.fit(x[train], truth[train]).log_likelihood(x[test], truth[test], self.slip)
+        if (chosen, onset, seen) not in self._boxes:
+            self._boxes[chosen, onset, seen] = list(self._fitted(chosen, x, rows, seen=seen))
+        for test, box in self._boxes[chosen, onset, seen]:
+            of = slice(None) if test is None else self.fold[rows] == test
+            out[of] = box.log_likelihood(x[of], truth[of], self.slip)
         return out
+
+    def _fitted(
+        self, chosen: tuple[Candidate, ...], x: FloatArray, rows: NDArray[np.intp], *, seen: bool
+    ) -> Iterator[tuple[int | None, BoxClassifier]]:
+        """Boxes, each with the fold that it has not seen, if any."""
+        truth, fold = self.truth[rows], self.fold[rows]
+        noise = np.concatenate([c.noise for c in chosen])
+        for test in (None,) if seen else np.unique(fold).tolist():
+            train = np.ones(len(rows), dtype=bool) if test is None else fold != test
+            if truth[train].any() and not truth[train].all():
+                yield test, BoxClassifier(noise=noise, partial=True).fit_flags(x[train], truth[train])
 
 
 def input_scales(raw: FloatArray, truth: BoolArray, floor: FloatArray) -> tuple[FloatArray, FloatArray]:

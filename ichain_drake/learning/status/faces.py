@@ -48,16 +48,21 @@ class Faces:
 
     def count(self) -> None:
         """Move one face after the other to where most samples lie on the right side."""
+        beyond = ((self.x < self.low) | (self.x > self.high)).T.copy()  # a row a feature
+        faces = beyond.sum(axis=0)  # of a sample: how many features are beyond their interval
         for _ in range(LEARNING.sweeps):
             before = self.low.copy(), self.high.copy()
-            for j in range(self.x.shape[1]):
-                others, column = self.inside(but=j), self.x[:, j]
+            for j, column in enumerate(self.x.T):
+                others = faces == beyond[j]
                 if not (others & self.positive).any():
                     continue
                 rows = self._down[j][(others & (column <= self.high[j]))[self._down[j]]]
                 self.low[j] = -self._counted(-column[rows], self.positive[rows], -self.low[j])
                 rows = self._up[j][(others & (column >= self.low[j]))[self._up[j]]]
                 self.high[j] = self._counted(column[rows], self.positive[rows], self.high[j])
+                faces -= beyond[j]
+                beyond[j] = (column < self.low[j]) | (column > self.high[j])
+                faces += beyond[j]
             if np.array_equal(before[0], self.low) and np.array_equal(before[1], self.high):
                 break
 
@@ -71,14 +76,14 @@ class Faces:
         if not on.any():
             return now
         # Right if the threshold lies after sample k: positives up to k, negatives beyond it.
-        right = self.weight * np.cumsum(on) + (len(on) - on.sum()) - np.cumsum(~on)
-        last = np.append(values[1:] > values[:-1], True)  # a threshold can't part equal values
-        right = np.where(last, right, -1.0)
+        inside = np.cumsum(on)
+        right = self.weight * inside + (len(on) - inside[-1]) - (np.arange(1, len(on) + 1) - inside)
+        right[:-1][values[1:] <= values[:-1]] = -1.0  # a threshold can't part equal values
         k = int(len(right) - 1 - np.argmax(right[::-1]))
-        inside = values[: k + 1][on[: k + 1]]
-        if not len(inside):
+        within = values[: k + 1][on[: k + 1]]
+        if not len(within):
             return now
-        top, width = float(inside[-1]), float(inside[-1] - inside[0])
+        top, width = float(within[-1]), float(within[-1] - within[0])
         gap = float(values[k + 1] - top) if k + 1 < len(values) else np.inf
         free = self.reach * width if width > 0 else (gap if np.isfinite(gap) else 1.0)
         return top + min(0.5 * gap, free) + 1e-12 * max(1.0, abs(top))
