@@ -1,14 +1,16 @@
 """Learning, saving, loading and running, the same calls for a chain that follows paths and for a graph with a goal."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from lamp import LampScenario
+from lamp import LampScenario, Slider
 
 import ichain_drake as ic
 from ichain_drake.learning import KnownParts
 from ichain_drake.scenarios import PathScenario
+from ichain_drake.scenarios.config import LearningConfig
 
 GOAL = ("0.55 <= lamp.light <= 0.65", "not hand->dimmer", "not hand->switch")
 
@@ -73,6 +75,32 @@ def test_a_graph_comes_back_from_a_library_whole(lamp: ic.InteractionModel, tmp_
     assert again.source_of(LampScenario.graph.interactions[0]) == str(tmp_path / "library")
     assert again.robot_seconds == lamp.robot_seconds > 0
     assert {e: len(w) for e, w in again.activations.items()} == {e: len(w) for e, w in lamp.activations.items()}
+
+
+def test_a_library_lifts_only_where_that_is_said(lamp: ic.InteractionModel, tmp_path: Path) -> None:
+    ic.save(lamp, tmp_path / "library", "lamp")
+    more = [*LampScenario.graph.interactions, "hand->other"]
+    two = SimpleNamespace(
+        name="lamps", graph=ic.InteractionGraph(LampScenario.spaces | {"other": Slider.state_space}, more)
+    )
+    counted = []
+    for said in ({}, {"lift": True}):
+        known = ic.load(tmp_path / "library", two, **said)
+        assert isinstance(known, KnownParts)
+        counted.append("hand->other" in known.names)
+    assert counted == [False, True]
+
+
+def test_the_estimator_that_a_scenario_asks_for_is_the_only_one(lamp: ic.InteractionModel) -> None:
+    scenario = LampScenario()
+    scenario.config = ic.ScenarioConfig(learning=LearningConfig(estimator="KernelRidge(kernel='rbf', alpha=0.01)"))
+    pieces = list(scenario.record_demonstrations())
+    asked, usual = (
+        {e.regression.estimator for learned in m.edges.values() for e in learned.effects} - {"as declared"}
+        for m in (ic.learn(scenario, pieces), lamp)
+    )
+    assert asked == {"KernelRidge(kernel='rbf', alpha=0.01)"}
+    assert asked.isdisjoint(usual)
 
 
 def test_one_call_does_a_goal_or_a_path(

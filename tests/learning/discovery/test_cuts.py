@@ -46,6 +46,7 @@ def test_gaps_and_a_clock_that_goes_back_are_cuts() -> None:
     time[40:] -= 30.0
     found = cut_pieces([with_table(LOG.table[: ENDS[0]].assign(time=time))], bath_log.GRAPH)
     assert [(c.row, c.why.split(" 2")[0][:9]) for c in found.cuts] == [(20, "gap of 5."), (40, "the clock")]
+    assert found.cuts[1].why == f"the clock goes back {30.0 - TICK:.4g} s"
     assert [len(p) for p in found.pieces] == [20, 20, ENDS[0] - 40]
 
 

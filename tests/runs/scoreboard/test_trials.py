@@ -76,3 +76,4 @@ def test_what_raises_is_a_row(monkeypatch, where, cause):
     assert [(r["success"], r["cause"], r["reason"], r["seed"]) for r in rows] == [
         (False, cause, f"{where} does not go", 5)
     ] * 2
+    assert [(r["control_steps"], r["error"], r["silent"]) for r in rows] == [(0, None, False)] * 2
