@@ -9,6 +9,7 @@ from typing import ClassVar, Protocol, TypeVar
 import numpy as np
 
 from ichain_drake.objects.camera import CameraFrame
+from ichain_drake.scenarios.base import CAMERA
 from ichain_drake.scenarios.config import ScenarioConfig
 from ichain_drake.scenarios.graph_scenario import GraphConfig, GraphScenario
 from ichain_drake.settings import setting
@@ -49,7 +50,7 @@ class Appliance(GraphScenario[StartT]):
     """
 
     config_class: ClassVar[type[ScenarioConfig]] = ApplianceConfig
-    features: ClassVar[tuple[str, ...]] = ("camera",)
+    features: ClassVar[tuple[str, ...]] = (CAMERA,)
     config: ApplianceConfig
 
     def camera(self) -> CameraFrame:

@@ -28,6 +28,8 @@ from ichain_drake.world.world import World
 
 Progress = Callable[[str], None]
 _PACKAGE = __name__.partition(".")[0]
+CAMERA, READING_NOISE = "camera", "reading noise"
+"""A camera that may be turned; a vehicle that declares noise of its readings (`reading_std`)."""
 
 
 class Scenario(ABC):
@@ -52,6 +54,7 @@ class Scenario(ABC):
 
     faults: ClassVar[tuple[str, ...]] = ("none",)
     features: ClassVar[tuple[str, ...]] = ()
+    """What it has of `CAMERA` and `READING_NOISE`; settings of what it hasn't are refused."""
 
     config: ScenarioConfig
     graph: InteractionGraph
@@ -92,8 +95,10 @@ class Scenario(ABC):
         """
         if self.config.fault.kind not in self.faults:
             raise InputError(f"{self.name} has no fault {self.config.fault.kind!r}; it has {', '.join(self.faults)}")
-        if self.config.camera.yaw_deg != 0.0 and "camera" not in self.features:
+        if self.config.camera.yaw_deg != 0.0 and CAMERA not in self.features:
             raise InputError(f"{self.name} has no camera: leave camera.yaw_deg at 0")
+        if self.config.noise.vehicle != 0.0 and READING_NOISE not in self.features:
+            raise InputError(f"{self.name} has no vehicle that declares noise of readings: leave noise.vehicle at 0")
 
     @abstractmethod
     def make_graph(self) -> InteractionGraph:

@@ -20,6 +20,7 @@ from ichain_drake.scenarios.config import (
     load_config,
 )
 from ichain_drake.scenarios.joystick_game import JoystickGameConfig
+from ichain_drake.systems import load_scenario
 from ichain_drake.systems.car_game.scenario import CarGame
 
 CAR_GAME = models_path() / "scenarios" / "car_game.yaml"
@@ -184,3 +185,9 @@ def test_path_settings() -> None:
 def test_what_a_scenario_does_not_support_is_refused(arguments: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         CarGame(**arguments)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["car_racing", "kettle"])
+def test_noise_of_readings_that_no_vehicle_declares_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match=f"{name} has no vehicle that declares noise of readings: leave noise.vehicle"):
+        load_scenario(name, ["noise.vehicle=1"])

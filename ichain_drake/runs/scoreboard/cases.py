@@ -10,12 +10,12 @@ from ichain_drake.errors import InputError
 from ichain_drake.robot import Physics
 from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.runs.goals.variants import CASES, NOISE
-from ichain_drake.scenarios.base import PathScenario, Scenario
+from ichain_drake.scenarios.base import READING_NOISE, PathScenario, Scenario
 from ichain_drake.scenarios.graph_scenario import GraphScenario
 from ichain_drake.systems import SCENARIOS
 from ichain_drake.systems.own import own_scenario
 
-GOAL, NONE, NOISY = "goal", "none", "noise"
+GOAL, NONE, NOISY, READING = "goal", "none", "noise", "reading"
 PHYSICS: tuple[Physics, ...] = ("ideal", "arm", "contact")
 FIRST_SEED = 84_000
 """Of all trials, unless another is asked for; move it once failures on the seeds from it on have led to fixes."""
@@ -30,6 +30,7 @@ class Budget:
         paths: of a row of a system with paths, by physics.
         faults: of a goal's row in which something goes wrong, by physics.
         noisy_paths: of a path's row with more noise, by physics.
+        read_paths: of a path's row with a vehicle that is read with noise, by physics.
         oracle: of how many trials of a path's row without faults the oracle follows too, by physics.
         only: names of the rows, as patterns; empty for all.
     """
@@ -38,6 +39,7 @@ class Budget:
     paths: dict[Physics, int]
     faults: dict[Physics, int]
     noisy_paths: dict[Physics, int]
+    read_paths: dict[Physics, int]
     oracle: dict[Physics, int]
     only: tuple[str, ...] = ()
 
@@ -50,6 +52,7 @@ WHOLE = Budget(
     paths={"ideal": 20, "arm": 3, "contact": 5},
     faults={"ideal": 20, "arm": 3, "contact": 5},
     noisy_paths={"ideal": 10, "arm": 0, "contact": 3},
+    read_paths={"ideal": 10, "arm": 0, "contact": 0},
     oracle={"ideal": 5, "arm": 0, "contact": 0},
 )
 QUICK = Budget(
@@ -57,6 +60,7 @@ QUICK = Budget(
     paths={"ideal": 2, "arm": 0, "contact": 1},
     faults={"ideal": 2, "arm": 0, "contact": 0},
     noisy_paths={"ideal": 0, "arm": 0, "contact": 0},
+    read_paths={"ideal": 0, "arm": 0, "contact": 0},
     oracle={"ideal": 0, "arm": 0, "contact": 0},
     only=("*/ideal/*", "car_game/*/contact/none", "water_dispenser/*/contact/none"),
 )
@@ -71,8 +75,10 @@ class Case:
         kind: its class.
         task: `goal`, or the name of a path.
         physics: of the world.
-        fault: `none`, a fault of the system, or `noise`: `NOISE` times as much in the run as in the demonstrations.
+        fault: `none`, a fault of the system, `noise`: `NOISE` times as much in the run as in the demonstrations, or
+            `reading`: a vehicle that is read with the noise that it declares, in the demonstrations, too.
         settings: of the world that has the fault.
+        taught: settings of the world of the demonstrations.
         trials: how many.
         oracle: in how many of them the oracle follows too.
         without: rule that is switched off in the run; empty for none.
@@ -87,6 +93,7 @@ class Case:
     trials: int
     oracle: int = 0
     without: str = ""
+    taught: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -149,6 +156,8 @@ def _cases(
         return []
     noise = (f"noise.scale={NOISE * scenario.config.noise.scale:g}",)
     faults = {f: s for f, s in CASES.items() if f in scenario.faults} | {NOISY: noise}
+    if READING_NOISE in scenario.features:
+        faults |= {READING: ("noise.vehicle=1",)}
     follows = isinstance(scenario, PathScenario)
     tasks = list(scenario.reference_paths()) if isinstance(scenario, PathScenario) else [GOAL]
     if not follows and not own_goal(scenario):  # type: ignore[arg-type] # it has what a goal needs
@@ -158,7 +167,8 @@ def _cases(
     for task in tasks:
         for fault, settings in faults.items():
             if follows:
-                count = (budget.paths if fault == NONE else budget.noisy_paths)[physics]
+                of_fault = {NONE: budget.paths, NOISY: budget.noisy_paths, READING: budget.read_paths}
+                count = of_fault[fault][physics]
             else:
                 count = (budget.goals if fault == NONE else budget.faults)[physics]
             if not count:
@@ -170,5 +180,6 @@ def _cases(
                 continue
             has_oracle = isinstance(scenario, PathScenario) and not scenario.no_oracle and name not in SLOW_ORACLES
             oracle = budget.oracle[physics] if has_oracle and fault == NONE else 0
-            out.append(Case(name, kind, task, physics, fault, settings, trials or count, oracle))
+            taught = settings if fault == READING else ()
+            out.append(Case(name, kind, task, physics, fault, settings, trials or count, oracle, taught=taught))
     return out

@@ -28,15 +28,15 @@ LEFT = "left the path"
 
 
 def make_jobs(cases: Sequence[Case], first_seed: int) -> list[Job]:
-    """One job for each system, physics and seed.
+    """One job for each system, physics, kind of demonstrations and seed.
 
     Args:
         cases: the rows.
         first_seed: of the first trial of every row; the others follow.
     """
-    groups: dict[tuple[str, str], list[Case]] = {}
+    groups: dict[tuple[str, str, tuple[str, ...]], list[Case]] = {}
     for case in cases:
-        groups.setdefault((case.system, case.physics), []).append(case)
+        groups.setdefault((case.system, case.physics, case.taught), []).append(case)
     jobs: list[Job] = []
     for group in groups.values():
         for number in range(max(case.trials for case in group)):
@@ -60,7 +60,7 @@ class PathTrials:
     """Paths followed by what one seed's demonstrations taught; a finding is a row.
 
     Attributes:
-        cases: rows of one system and physics.
+        cases: rows of one system and physics, and one kind of demonstrations.
         seed: of demonstrations and runs.
         number: of the trial: the oracle follows in the first few.
     """
@@ -79,7 +79,7 @@ class PathTrials:
         with threadpool_limits(limits=1):
             began = time.monotonic()
             first = self.cases[0]
-            scenario: PathScenario = first.kind((), first.physics, self.seed)  # type: ignore[assignment] # see `_job`
+            scenario: PathScenario = first.kind(first.taught, first.physics, self.seed)  # type: ignore[assignment] # see `_job`
             run = PathRun(scenario, choose_paths(scenario))
             record_pieces(scenario, run.pieces)
             busy = time.process_time()

@@ -24,8 +24,18 @@ class ShortGame(CarGame):
         return {"line": np.concatenate([300 + 100 * t, 300 + 0 * t], axis=1), "wave": wave}
 
 
-def case(kind, task, fault="none", settings=(), oracle=0):
-    return Case("short_game", kind, task, "ideal", fault, settings, 1, oracle)
+def case(kind, task, fault="none", settings=(), oracle=0, taught=()):
+    return Case("short_game", kind, task, "ideal", fault, settings, 1, oracle, taught=taught)
+
+
+def test_what_is_read_with_noise_is_demonstrated_so(monkeypatch):
+    def told(scenario, pieces):
+        raise InputError(f"recorded with {scenario.config.noise.vehicle}")
+
+    monkeypatch.setattr("ichain_drake.runs.scoreboard.trials.record_pieces", told)
+    read = ("noise.vehicle=1",)
+    rows = run_jobs(make_jobs([case(ShortGame, "wave"), case(ShortGame, "wave", "reading", read, taught=read)], 5))
+    assert [r["reason"] for r in rows] == ["recorded with 0.0", "recorded with 1.0"]
 
 
 def test_a_trial_is_the_run_of_its_seed():
