@@ -34,11 +34,9 @@ class Rule:
 _PLANNING, _EXECUTION = "control.planning", "control.execution"
 _EVERY = (
     Rule("subsumed", "a carried object may drive more than its chain says: then the longer chain is meant", _PLANNING),
-    Rule("brimful", "a fuller vessel than was shown pours earlier: begin where not even a full one would", _PLANNING),
     Rule("unseen", "a pose that was only passed through may be out of reach before it is turned", _PLANNING),
     Rule("turned_where_shown", "where a pose was only seen turned already, something may stand below it", _PLANNING),
     Rule("brought_where_shown", "where a thing never was nobody knows what it may hit", _PLANNING),
-    Rule("tellable", "of a change that readings don't show nobody knows when it is done", _PLANNING),
     Rule("along_a_line", "what an object has to hold is sought between demonstrated poses too", _PLANNING),
     Rule("can_hold", "an object may stand where the robot can't take it, or may not let go of it", _PLANNING),
     Rule("landmarks", "what only mixes becomes as its givers are: these must be so first", _PLANNING),

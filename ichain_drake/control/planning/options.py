@@ -18,7 +18,6 @@ from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.model import (
     Batch,
     BoolArray,
-    conserved,
     is_change,
     keeps,
     row,
@@ -69,10 +68,7 @@ def find_drives(model: InteractionModel, carries: tuple[CarryOption, ...]) -> tu
             ways += _ways_of(model, frames, chain, by_edge.get(chain[0]), shown, soon, later, sure)
     totals = _probe_each(model, [w.poses for w in ways], PLANNING.long)
     going = [(w, total) for w, total in zip(ways, totals, strict=True) if w.gain(total).max() >= w.least]
-    carried = [w for w, _ in going if w.carry is not None]
-    brimful = _probe_each(model, [_brimful(model, w.carry, w.poses) for w in carried if w.carry], PLANNING.long)
-    full = {id(w): w.gain(change) for w, change in zip(carried, brimful, strict=True)}
-    out = [_drive(model, w, w.gain(total), full.get(id(w))) for w, total in going]
+    out = [_drive(model, w, w.gain(total)) for w, total in going]
     return tuple(d for d in out if not _subsumed(model, d, out))
 
 
@@ -202,14 +198,13 @@ def _ways_of(
             yield _Way(chain, int(v), direction, rate, carry, anchor, poses, sure, float(least[v]))
 
 
-def _drive(model: InteractionModel, way: _Way, total: FloatArray, full: FloatArray | None) -> DriveOption:
+def _drive(model: InteractionModel, way: _Way, total: FloatArray) -> DriveOption:
     """The option of the pose that gets far and is surest.
 
     Args:
         model: the learned graph.
         way: the chain and its poses.
         total: how far each gets, shape (n,).
-        full: the same with a brimful carried object; None where none is carried.
     """
     best, poses, carry = float(total.max()), way.poses, way.carry
     nearly = np.flatnonzero(total >= PLANNING.nearly * best)
@@ -218,10 +213,8 @@ def _drive(model: InteractionModel, way: _Way, total: FloatArray, full: FloatArr
         nearly = nearly[shown] if shown.any() else nearly
     nearly = nearly[np.argsort(-way.sure[nearly], kind="stable")]
     before = hold = int(nearly[0])
-    if carry is not None and full is not None:
-        quiet = np.abs(total) < LEARNING.near * best
-        brimful = np.abs(full) < LEARNING.near * best
-        before = _quiet_row(model, carry, poses, quiet & brimful if (quiet & brimful).any() else quiet, hold)
+    if carry is not None:
+        before = _quiet_row(model, carry, poses, np.abs(total) < LEARNING.near * best, hold)
     held = row(poses, hold)
     quietly = held if before == hold else row(poses, before)
     others = take(poses, nearly[1:] if before == hold else nearly[:0])
@@ -248,17 +241,6 @@ def _in_context(
     part = slice(None) if carry is None else carry.follow
     out[first][:, part] = batch[first][:, part]
     out[target][:, latched] = batch[target][context, latched]
-    return out
-
-
-def _brimful(model: InteractionModel, carry: CarryOption, batch: Batch) -> Batch:
-    """The same with as much in the carried object as it ever held: a drive must not begin before it is meant to."""
-    if not enabled("brimful"):
-        return batch
-    obj = carry.edge.child
-    amounts = [i for group in conserved(model) for n, i in group if n == obj]
-    out = {n: v.copy() for n, v in batch.items()}
-    out[obj][:, amounts] = model.high[obj][amounts]
     return out
 
 

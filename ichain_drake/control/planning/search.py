@@ -34,7 +34,6 @@ from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
-from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
 
@@ -321,16 +320,10 @@ class Search:
                 self.nearest.note_tried(drive, outcome.end, outcome.probability, outcome.lost)
                 if outcome.lost is not None:
                     self.nearest.note_blocked(drive, outcome.lost, outcome.margin)
-                elif self._shows(node, drive, outcome.end):
+                else:
                     step = replace(self._step(node, drive, outcome), probability=outcome.probability)
                     out += self._child(node, step, outcome.states, node.held)
         return out
-
-    def _shows(self, node: SearchNode, drive: DriveOption, end: float) -> bool:
-        """Whether readings can tell that a variable was driven as far as that: else nobody knows when to stop."""
-        target = drive.chain[-1].child
-        change = drive.direction * (end - node.states[target][drive.variable])
-        return not enabled("tellable") or bool(change >= LEARNING.clear * self.model.noise[target][drive.variable])
 
     def _step(self, node: SearchNode, drive: DriveOption, outcome: Outcome) -> PlanStep:
         target = drive.chain[-1].child

@@ -12,7 +12,6 @@ from ichain_drake.control.planning.carries import CarryOption, find_carries
 from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.options import (
-    _brimful,
     _in_context,
     _joint_samples,
     _probe,
@@ -307,19 +306,6 @@ def test_what_a_longer_chain_says_of_a_carried_object_is_not_said_by_a_shorter_o
     assert not _subsumed(model, replace(short, carry=None), [short, long])
     with without(["subsumed"]):
         assert not _subsumed(model, short, [short, long])
-
-
-def test_a_drive_must_not_begin_before_it_is_meant_to_however_full_what_is_carried_is() -> None:
-    model: Any = tap()
-    (carry,) = find_carries(model)
-    model.high["cup"][1] = 0.9
-    batch = {"cup": np.array([[0.3, 0.1], [0.5, 0.2]]), "tank": np.array([[0.8, 0.0]] * 2)}
-    full = _brimful(model, carry, batch)
-    np.testing.assert_allclose(full["cup"], [[0.3, 0.9], [0.5, 0.9]])
-    np.testing.assert_array_equal(full["tank"], batch["tank"])
-    np.testing.assert_allclose(batch["cup"][:, 1], [0.1, 0.2])
-    with without(["brimful"]):
-        assert _brimful(model, carry, batch) is batch
 
 
 def test_samples_are_compared_in_the_surroundings_of_one_of_them() -> None:

@@ -19,21 +19,6 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import StateSpace, Variable
 
-
-@pytest.mark.parametrize(
-    ("direction", "end", "shows"),
-    [(1, 0.35, True), (1, 0.31, False), (1, 0.2, False), (-1, 0.35, False), (-1, 0.2, True)],
-)
-def test_a_variable_that_is_not_seen_to_go_the_way_it_is_driven_is_not_driven(
-    direction: int, end: float, *, shows: bool
-) -> None:
-    """Three noises make a difference, of 0.3 at first."""
-    search = SimpleNamespace(model=SimpleNamespace(noise={"tank": np.array([0.01])}))
-    node = SimpleNamespace(states={"tank": np.array([0.3])})
-    drive = SimpleNamespace(chain=[SimpleNamespace(child="tank")], variable=0, direction=direction)
-    assert Search._shows(search, node, drive, end) is shows  # type: ignore[arg-type]
-
-
 TAP, CUP = Interaction("robot", "tap"), Interaction("robot", "cup")
 PRESSED = {**TAP_START, "robot": np.array([2.0, 0.0]), "tap": np.ones(1)}
 
