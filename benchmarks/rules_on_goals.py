@@ -42,13 +42,16 @@ def carried_out(scenario: Any, model: ic.InteractionModel, goal: tuple[str, ...]
         run_graph(run, known=model)
     except Exception as error:  # a run that breaks off is a finding, whatever raised
         failed = {"success": False, "error": None, "reason": str(error), "cause": type(error).__name__}
-        return failed | {"silent": False, "control_steps": 0, "replans": 0, "probability": None}
+        return failed | {"silent": False, "control_steps": 0, "replans": -1, "probability": None}
     return outcome(run)
 
 
 def way(model: ic.InteractionModel, goal: tuple[str, ...], start: Mapping[str, np.ndarray]) -> str:
     """What a plan does, to be compared."""
-    plan = make_plan(model, goal, start)[1]
+    try:
+        plan = make_plan(model, goal, start)[1]
+    except Exception as error:  # as in a run
+        return repr(error)
     return repr([replace(s, predicted={}) for s in plan.steps] if isinstance(plan, ic.Plan) else plan)
 
 
@@ -72,7 +75,7 @@ def one(system: str, physics: Any, seed: int, goals: int, asked_for: frozenset[s
                 with rules.without([rule]):
                     same = (
                         rules.RULES[rule].where == "control.planning"
-                        and not complete["replans"]
+                        and complete["replans"] == 0
                         and way(model, goal, start) == planned
                     )
                     row = complete if same else carried_out(scenario, model, goal, number)
@@ -112,7 +115,8 @@ def main() -> None:
     print(text)
     if options.report:
         numbers = " ".join(f"--{name} {getattr(options, name)}" for name in ("physics", "seed", "seeds", "goals"))
-        command = f"python benchmarks/rules_on_goals.py {' '.join(options.systems)} {numbers}"
+        some = f" --rules {' '.join(options.rules)}" if set(options.rules) != set(rules.RULES) else ""
+        command = f"python benchmarks/rules_on_goals.py {' '.join(options.systems)} {numbers}{some}"
         options.report.write_text(json.dumps({**printed(text, command), "rows": rows}, indent=1))
 
 

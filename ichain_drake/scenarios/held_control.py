@@ -24,7 +24,7 @@ from ichain_drake.objects import ObjectSettings, WorldObject
 from ichain_drake.robot import BodySpec, Physics, build_robot, hand_pose
 from ichain_drake.robot.arm import ArmRobot
 from ichain_drake.robot.hand import FRAME as HAND_FRAME
-from ichain_drake.scenarios.base import PathScenario, Progress
+from ichain_drake.scenarios.base import READING_NOISE, PathScenario, Progress
 from ichain_drake.scenarios.held_control_config import HeldControlConfig
 from ichain_drake.scenarios.seats import PlaceSeat, Seat
 from ichain_drake.simulation.recorder import record
@@ -80,6 +80,12 @@ class HeldControl(PathScenario):
     """A faded picture of it stays behind every so often [s]."""
 
     config: HeldControlConfig
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """What its vehicle declares, it has."""
+        super().__init_subclass__(**more)
+        if getattr(getattr(cls, "target_type", None), "reading_std", ()) and READING_NOISE not in cls.features:
+            cls.features = (*cls.features, READING_NOISE)
 
     # What the control provides.
 

@@ -320,7 +320,7 @@ class Search:
                 self.nearest.note_tried(drive, outcome.end, outcome.probability, outcome.lost)
                 if outcome.lost is not None:
                     self.nearest.note_blocked(drive, outcome.lost, outcome.margin)
-                else:
+                elif drive.direction * (outcome.end - node.states[drive.chain[-1].child][drive.variable]) > 0.0:
                     step = replace(self._step(node, drive, outcome), probability=outcome.probability)
                     out += self._child(node, step, outcome.states, node.held)
         return out

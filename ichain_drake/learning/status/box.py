@@ -134,7 +134,9 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
         return self.fit_flags(x, code == 1)
 
     def fit_flags(self, x: FloatArray, positive: NDArray[np.bool_]) -> Self:
-        """Fit to what was checked before: `fit` without its checks, which would be most of the work for few samples.
+        """Fit to what was checked before, for `log_likelihood` alone: `fit` without checks and classes.
+
+        With few samples they would be most of the work.
 
         Args:
             x: finite inputs, shape (n_samples, n_features).

@@ -90,7 +90,8 @@ class InputChoice:
         """
         chance = float(np.log(len(candidates)))
         free = [c for c in candidates if c not in chosen and not c.caused]
-        free = [c for c in free if self._gains(chosen, (c,), seen=True).sum() > chance]  # which bounds what is left out
+        # What hardly adds anything where it was seen is not tried on what was left out, which costs a fit a fold.
+        free = [c for c in free if self._gains(chosen, (c,), seen=True).sum() > chance]
         gains = [float(self._gains(chosen, (c,)).sum()) for c in free]
         order = np.argsort(-np.array(gains), kind="stable")
         return [free[k] for k in order if gains[k] > chance]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ichain_drake.learning.calibration import reliability
 from ichain_drake.runs.intervals import seed_words, success_interval
-from ichain_drake.runs.scoreboard.cases import NONE, Case
+from ichain_drake.runs.scoreboard.cases import NONE, READING, Case
 
 TIMES = ("learning_seconds", "plan_seconds", "wall_seconds")
 """What differs from one run of the scoreboard to the next; everything else is the same."""
@@ -71,7 +71,7 @@ def add_failures_without(table: Sequence[dict[str, Any]], rows: Sequence[Mapping
             lost[row["row"]].add(row["seed"])
     for line in table:
         plain = f"{line['row'].rpartition('/')[0]}/{NONE}"
-        known = line["fault"] != NONE and plain in lost
+        known = line["fault"] not in (NONE, READING) and plain in lost  # other demonstrations: nothing is shared
         line["failed_without"] = len(lost[line["row"]] & lost[plain]) if known else None
 
 

@@ -10,7 +10,6 @@ from typing import ClassVar
 import numpy as np
 
 from ichain_drake.objects import Car
-from ichain_drake.scenarios.base import READING_NOISE
 from ichain_drake.scenarios.joystick_game import JoystickGame
 from ichain_drake.state import FloatArray
 
@@ -21,7 +20,6 @@ class CarGame(JoystickGame):
     """See the module's description and `Scenario`."""
 
     name: ClassVar[str] = "car_game"
-    features: ClassVar[tuple[str, ...]] = (READING_NOISE,)
     target: ClassVar[str] = CAR
     target_type: ClassVar[type[Car]] = Car
     drive_start: ClassVar[tuple[float, float]] = (0.5, 20.0)

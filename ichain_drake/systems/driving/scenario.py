@@ -12,7 +12,6 @@ import numpy as np
 
 from ichain_drake.objects import RoadCar
 from ichain_drake.objects.vehicles.road_car import CAR_LENGTH
-from ichain_drake.scenarios.base import READING_NOISE
 from ichain_drake.scenarios.wheel_demonstrations import DriverStyle
 from ichain_drake.scenarios.wheel_drive import WheelDrive
 from ichain_drake.state import FloatArray
@@ -24,7 +23,6 @@ class Driving(WheelDrive):
     """See the module's description and `Scenario`."""
 
     name: ClassVar[str] = "driving"
-    features: ClassVar[tuple[str, ...]] = (READING_NOISE,)
     target: ClassVar[str] = CAR
     target_type: ClassVar[type[RoadCar]] = RoadCar
     target_length: ClassVar[float] = CAR_LENGTH

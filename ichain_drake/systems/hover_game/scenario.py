@@ -13,7 +13,6 @@ from PIL import Image
 from ichain_drake.control.tracking.levels import PredictiveWeights
 from ichain_drake.objects import Hovercraft
 from ichain_drake.objects.vehicles.hovercraft import HovercraftParameters
-from ichain_drake.scenarios.base import READING_NOISE
 from ichain_drake.scenarios.joystick_demonstrations import DrivingStyle
 from ichain_drake.scenarios.joystick_game import JoystickGame
 from ichain_drake.state import FloatArray
@@ -32,7 +31,6 @@ class HoverGame(JoystickGame):
     """See the module's description and `Scenario`."""
 
     name: ClassVar[str] = "hover_game"
-    features: ClassVar[tuple[str, ...]] = (READING_NOISE,)
     target: ClassVar[str] = HOVERCRAFT
     target_type: ClassVar[type[Hovercraft]] = Hovercraft
     oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(horizon=6, effort=0.02, iterations=4)

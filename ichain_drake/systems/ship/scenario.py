@@ -14,7 +14,6 @@ from ichain_drake.control.tracking.levels import PredictiveWeights
 from ichain_drake.objects import Ship
 from ichain_drake.objects.controls.wheel import TRAVEL
 from ichain_drake.objects.vehicles.ship import SHIP_LENGTH, ShipParameters
-from ichain_drake.scenarios.base import READING_NOISE
 from ichain_drake.scenarios.wheel_demonstrations import DriverStyle
 from ichain_drake.scenarios.wheel_drive import WheelDrive
 from ichain_drake.state import FloatArray
@@ -27,7 +26,6 @@ class ShipVoyage(WheelDrive):
     """See the module's description and `Scenario`."""
 
     name: ClassVar[str] = "ship"
-    features: ClassVar[tuple[str, ...]] = (READING_NOISE,)
     target: ClassVar[str] = SHIP
     target_type: ClassVar[type[Ship]] = Ship
     target_length: ClassVar[float] = SHIP_LENGTH

@@ -32,6 +32,25 @@ def test_every_system_task_physics_and_fault():
     assert all(c.trials >= 3 for c in cases)
 
 
+def test_a_path_may_have_faults_of_its_own(tmp_path):
+    (tmp_path / "flaky.py").write_text(
+        "from ichain_drake.systems.car_game.scenario import CarGame\n"
+        "class Flaky(CarGame):\n    name = 'flaky'\n    faults = ('none', 'dropout')\n"
+    )
+    cases, _ = all_cases(WHOLE, [str(tmp_path / "flaky.py")], ["flaky/eight/ideal/*"])
+    assert {c.fault: c.trials for c in cases} == {"none": 20, "dropout": 10, "noise": 10, "reading": 10}
+
+
+def test_what_declares_noise_of_its_readings_has_a_row_of_it():
+    read = {c.system for c in all_cases(WHOLE)[0] if c.fault == "reading"}
+    assert read == {name for name, kind in SCENARIOS.items() if _reading_std(kind)}
+    assert {"car_game", "hover_game", "driving", "ship"} <= read
+
+
+def _reading_std(kind):
+    return getattr(getattr(kind, "target_type", None), "reading_std", ())
+
+
 def test_quick_is_a_part_of_it():
     whole = {c.name for c in all_cases(WHOLE)[0]}
     quick = all_cases(QUICK)[0]
