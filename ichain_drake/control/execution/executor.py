@@ -299,6 +299,7 @@ class Executor:
                 # One reading less noisy may be all that is missing.
                 memory.looked_again, memory.tasks = True, [Look(None, EXECUTION.readings)]
                 return
+            memory.refused = found
             self._give_up(memory, "no plan", found.reason)
             return
         memory.looked_again = False

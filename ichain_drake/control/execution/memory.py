@@ -9,7 +9,7 @@ from ichain_drake.control.execution.detour import Blocked
 from ichain_drake.control.execution.sensing import SensorNoise
 from ichain_drake.control.execution.tasks import Mode, Task
 from ichain_drake.control.planning.contradictions import Contradiction
-from ichain_drake.control.planning.plan import Plan, States
+from ichain_drake.control.planning.plan import NoPlan, Plan, States
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray
@@ -59,6 +59,7 @@ class Memory:
         plan: the running plan.
         step: index of its running step; -1 before the first.
         plans: every plan so far.
+        refused: why there was none in the end.
         replans: plans that were made anew.
         mode: see `Mode`.
         reason: why it stopped; empty while it runs.
@@ -86,6 +87,7 @@ class Memory:
     plan: Plan | None = None
     step: int = -1
     plans: list[Plan] = field(default_factory=list)
+    refused: NoPlan | None = None
     replans: int = 0
     mode: Mode = Mode.LOOK
     reason: str = ""

@@ -95,6 +95,9 @@ class GraphRun:
     def report(self) -> dict[str, Any]:
         """The contents of `report.json`."""
         scenario, memory = self.scenario, self.memory
+        refused = self.plan if isinstance(self.plan, NoPlan) else None
+        if memory is not None and memory.mode != Mode.REACHED:
+            refused = memory.refused or refused
         return {
             "scenario": scenario.name,
             "physics": scenario.physics,
@@ -115,7 +118,7 @@ class GraphRun:
                 "plan": [] if not isinstance(self.plan, Plan) else describe(self.plan),
                 "cost": self.plan.cost if isinstance(self.plan, Plan) else None,
                 "probability": self.plan.probability if isinstance(self.plan, Plan) else 0.0,
-                "explanation": list(self.plan.tree) if isinstance(self.plan, NoPlan) else [],
+                "explanation": [] if refused is None else list(refused.tree),
                 "failure_cause": self.cause,
                 "events": [] if memory is None else [{"step": t, "what": text} for t, text in memory.log],
                 "cautious": self.cautious,

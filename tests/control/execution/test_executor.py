@@ -295,6 +295,7 @@ def test_without_a_plan_it_looks_once_more_and_longer() -> None:
     memory.tasks = []
     run._next(memory)
     assert (memory.giving_up, len(asked)) == (("no plan", "nobody knows how"), 2)
+    assert memory.refused is NONE
     assert memory.tasks == [], "it has looked long enough"
     run, memory, _ = asked_for(NONE, monitors=False)
     run._next(memory)

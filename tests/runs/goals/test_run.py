@@ -242,3 +242,6 @@ def test_a_plan_is_told_in_plain_numbers() -> None:
     run.plan = NoPlan(Condition("lamp", "light", 0.5, 1.0), 0.1, None, "dark", ("tried: nothing",))
     metrics = run.report()["metrics"]
     assert (metrics["explanation"], metrics["plan"], metrics["search"]) == (["tried: nothing"], [], {})
+    # Where there was a plan at first, what counts is why there was none in the end.
+    run.plan, run.memory = Plan((carry,), 6), Memory(np.zeros(3), refused=replace(run.plan, tree=("tried: all",)))
+    assert run.report()["metrics"]["explanation"] == ["tried: all"]
