@@ -14,6 +14,7 @@ from ichain_drake.control.planning.plan import Condition, NoPlan, PlanStep, Stat
 from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.search import Search, SearchSettings, Side
 from ichain_drake.control.planning.search_node import SearchNode
+from ichain_drake.control.planning.simulate import Outcome
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.settings import LEARNING
@@ -165,6 +166,24 @@ def test_where_it_is_to_be_held_the_object_is_not_let_go_of() -> None:
     assert not found.steps[-1].release
     assert found.held == (CUP,)
     assert search("cup.x >= 0.9", inactive=(CUP,))._forbidden([found]) == [True]
+
+
+@pytest.mark.parametrize(("way", "steps"), [(0.1, 1), (0.0, 0), (-0.1, 0)])
+def test_a_drive_that_does_not_go_its_way_is_no_step(monkeypatch: pytest.MonkeyPatch, way: float, steps: int) -> None:
+    made = search("cup.water >= 0.5", start={**TAP_START, "cup": np.array([1.0, 0.05])})
+    (side,) = made.sides
+
+    def ends(model: Any, started: Any, *more: Any) -> list[list[Outcome]]:
+        out = []
+        for states, drive in started:
+            driven, after = drive.chain[-1].child, {n: v.copy() for n, v in states.items()}
+            after[driven][drive.variable] += drive.direction * way
+            out.append([Outcome(after, float(after[driven][drive.variable]), 5)])
+        return out
+
+    monkeypatch.setattr("ichain_drake.control.planning.search.simulate", ends)
+    found = made._driven(side, [at(made.start)])
+    assert len(found) == steps * len(side.options.drives)
 
 
 def test_a_drive_ends_where_it_was_predicted_to() -> None:
