@@ -57,7 +57,7 @@ def one(machines: int, seed: int, executed: bool) -> dict[str, Any]:
     model = ic.learn(scenario, pieces)
     learned, began = time.process_time() - began, time.process_time()
     start = look(scenario.make_world(0))
-    found = make_planner(model).plan(start, parse_goal(goal, model, start), (), ())
+    found = make_planner(model).plan(start, parse_goal(goal, model, start))
     planning, plan = time.process_time() - began, found if isinstance(found, ic.Plan) else None
     row = {
         "machines": machines,

@@ -131,10 +131,14 @@ class Places:
     Attributes:
         at: measured state of each, shape (n_variables,).
         moved: how often one of them was seen clearly elsewhere than before.
+        ticks: for how long each has been seen there.
+        stood: measured states in which each stood still for some time, shape (n_variables,) each.
     """
 
     at: Mapping[str, FloatArray] = field(default_factory=dict)
     moved: int = 0
+    ticks: Mapping[str, int] = field(default_factory=dict)
+    stood: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
 
     def seen(self, model: InteractionModel, now: States, held: str | None) -> Places:
         """A tick later.
@@ -144,10 +148,13 @@ class Places:
             now: measured states, shape (n_variables,) each.
             held: what the robot holds, if anything.
         """
-        mine = [e.child for e in model.edges if e.parent == model.graph.root and e.child != held]
+        mine = {e.child: e for e in model.edges if e.parent == model.graph.root and e.child != held}
         fresh = {n: now[n] for n in mine if n not in self.at or _moved(model, n, self.at[n], now[n])}
         at = {n: self.at[n] for n in self.at if n in mine} | fresh
-        return Places(at, self.moved + sum(n in self.at for n in fresh))
+        ticks = {n: 1 if n in fresh else self.ticks[n] + 1 for n in mine}
+        still = [n for n in mine if ticks[n] == LEARNING.look and model.decide(mine[n], now) < 0]
+        stood = {**self.stood, **{n: (*self.stood.get(n, ()), now[n]) for n in still}}
+        return Places(at, self.moved + sum(n in self.at for n in fresh), ticks, stood)
 
 
 def _moved(model: InteractionModel, obj: str, was: FloatArray, now: FloatArray) -> bool:

@@ -7,7 +7,8 @@ plans anew from what is observed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from ichain_drake.control.execution.monitoring import asked, deviation, gone, un
 from ichain_drake.control.execution.switching import Switch
 from ichain_drake.control.execution.taking_back import TakeBack
 from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Task, View
-from ichain_drake.control.planning.contradictions import Contradiction
+from ichain_drake.control.planning.experience import Contradiction, Experience
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.skills import Skills
 from ichain_drake.control.settings import EXECUTION
@@ -35,9 +36,8 @@ from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
 
-Planner = Callable[[States, Goal, Collection[Interaction], Sequence[Contradiction]], Plan | NoPlan]
-"""Makes a plan from measured states, with the interactions that keep to their customary conditions, and with what was
-contradicted."""
+Planner = Callable[[States, Goal, Experience], Plan | NoPlan]
+"""Makes a plan from measured states, with what the execution has shown so far."""
 
 _UNFORESEEN = ("activation", "chain", "reach")
 """Causes of failure that a classifier should have foreseen: the interaction did not begin, or the way was blocked."""
@@ -293,7 +293,7 @@ class Executor:
 
     def _plan(self, memory: Memory, now: States) -> None:
         goal = asked(self._model(memory), self.goal, now) if self.settings.monitors else self.goal
-        found = self.planner(now, goal, memory.cautious, memory.contradictions)
+        found = self.planner(now, goal, replace(memory.experience, stood=memory.places.stood))
         if isinstance(found, NoPlan):
             if self.settings.monitors and not memory.looked_again:
                 # One reading less noisy may be all that is missing.
@@ -354,15 +354,17 @@ class Executor:
     def _beware(self, memory: Memory, edge: Interaction) -> None:
         """From now on plan for an interaction only what is like what was shown of it, if that says any more."""
         conditions = self.model.customary(edge)
-        if conditions and edge not in memory.cautious:
-            memory.cautious = (*memory.cautious, edge)
+        if conditions and edge not in memory.experience.cautious:
+            cautious = (*memory.experience.cautious, edge)
+            memory.experience = replace(memory.experience, cautious=cautious)
             memory.log.append((memory.tick, f"cautious: {edge.name} only as it was shown, by {', '.join(conditions)}"))
 
     def _contradicted(self, memory: Memory) -> None:
         """What the running step, or the last, was meant to do did not come about from where it began."""
         if memory.plan is not None and memory.plan.steps and memory.began:
             step = memory.plan.steps[min(max(memory.step, 0), len(memory.plan.steps) - 1)]
-            memory.contradictions = (*memory.contradictions, Contradiction(step, memory.began))
+            failed = (*memory.experience.contradictions, Contradiction(step, memory.began))
+            memory.experience = replace(memory.experience, contradictions=failed)
 
     def _give_up(self, memory: Memory, cause: str, reason: str) -> None:
         """Stop, unless the goal holds once everything is let go of: what failed may not have mattered."""

@@ -8,7 +8,7 @@ from ichain_drake.control.execution.carried import Carried, Places
 from ichain_drake.control.execution.detour import Blocked
 from ichain_drake.control.execution.sensing import SensorNoise
 from ichain_drake.control.execution.tasks import Mode, Task
-from ichain_drake.control.planning.contradictions import Contradiction
+from ichain_drake.control.planning.experience import Experience
 from ichain_drake.control.planning.plan import NoPlan, Plan, States
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
@@ -68,9 +68,8 @@ class Memory:
         log: (tick, text) of everything that did not go as planned.
         carried: what the robot holds, and where it let go of what it held.
         places: where the rest was seen to stand.
-        cautious: interactions that failed where their classifier saw no reason; new plans keep to what was shown.
+        experience: what new plans are told: what was contradicted, and what they are to be cautious with.
         began: measured states in which the running step began.
-        contradictions: steps that did not do what was predicted.
         noise: what readings tell of their noise.
         model: the learned graph with that noise; None before the first reading.
         blocked: where the robot was stopped on its way; None where it never was.
@@ -96,9 +95,8 @@ class Memory:
     log: list[tuple[int, str]] = field(default_factory=list)
     carried: Carried = field(default_factory=Carried)
     places: Places = field(default_factory=Places)
-    cautious: tuple[Interaction, ...] = ()
+    experience: Experience = field(default_factory=Experience)
     began: States = field(default_factory=dict)
-    contradictions: tuple[Contradiction, ...] = ()
     noise: SensorNoise = field(default_factory=SensorNoise)
     model: InteractionModel | None = None
     blocked: Blocked | None = None

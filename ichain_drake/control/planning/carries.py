@@ -24,12 +24,19 @@ class CarryOption:
         follow: indices of the object's variables that follow the robot and stay where they are let go.
         places: values of these variables where the object was let go in demonstrations, shape (n_places, n_follow).
         let_go: all states then, shape (n_places, n_variables) each.
+        stood: values of these variables where it was seen to stand in this execution, shape (n_follow,) each.
     """
 
     edge: Interaction
     follow: IntArray
     places: FloatArray
     let_go: Batch = field(default_factory=dict)
+    stood: tuple[FloatArray, ...] = ()
+
+    @property
+    def steady(self) -> FloatArray:
+        """All of these places, shape (n, n_follow)."""
+        return np.vstack([self.places, *self.stood])
 
 
 def find_carries(model: InteractionModel) -> tuple[CarryOption, ...]:

@@ -34,14 +34,15 @@ def stays(model: InteractionModel, carry: CarryOption, place: FloatArray) -> boo
         place: values of the followed variables, shape (n_follow,).
     """
     held = _held(model, carry)[carry.edge.child][:, carry.follow]
-    if not len(held) or not len(carry.places):
+    places = carry.steady
+    if not len(held) or not len(places):
         return True
     slack = LEARNING.surely * model.noise[carry.edge.child][carry.follow]
-    low, high = carry.places.min(axis=0) - slack, carry.places.max(axis=0) + slack
+    low, high = places.min(axis=0) - slack, places.max(axis=0) + slack
     there = np.where(
         place > high, np.mean(held > high, axis=0), np.where(place < low, np.mean(held < low, axis=0), 0.0)
     )
-    by_chance = (1.0 - there) ** len(carry.places)
+    by_chance = (1.0 - there) ** len(places)
     return bool((by_chance >= norm.sf(LEARNING.sure)).all())
 
 

@@ -31,11 +31,11 @@ def carry_targets(
 ) -> list[list[FloatArray]]:
     """Poses worth carrying an object to, for each of several states.
 
-    They are: what the goal wants of it, if it stays there (see `stays`), where it was at the start, for each other
-    interaction of the object the place of a demonstration that makes it active most surely, the nearest place at which
-    none is, and places at which an interaction would be possible that is not where the object is now (see `Enabling`).
-    Where the object acts on a variable of the goal that keeps no value of its own, also poses in even steps between its
-    outermost places.
+    They are: what the goal wants of it, if it stays there (see `stays`), where it was at the start and was seen to
+    stand before, for each other interaction of the object the place of a demonstration that makes it active most
+    surely, the nearest place at which none is, and places at which an interaction would be possible that is not where
+    the object is now (see `Enabling`). Where the object acts on a variable of the goal that keeps no value of its own,
+    also poses in even steps between its outermost places.
 
     Args:
         model: the learned graph.
@@ -85,7 +85,7 @@ def carry_targets(
             there = np.repeat(node[obj][None], len(found), axis=0)
             there[:, carry.follow] = found
             found = [place for place, ok in zip(found, frames.in_reach(obj, there), strict=True) if ok]
-        out.append(_distinct([*asked, *back, *found], here, width))
+        out.append(_distinct([*asked, *back, *carry.stood, *found], here, width))
     return out
 
 
@@ -146,7 +146,7 @@ def wanted_place(
     if not mine:
         return None
     width = span(model, obj)[carry.follow]
-    known = np.vstack([start[obj][carry.follow][None], carry.places])
+    known = np.vstack([start[obj][carry.follow][None], carry.steady])
     away = np.zeros(len(known))
     for k, name in enumerate(names):
         if name in mine:

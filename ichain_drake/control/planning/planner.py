@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import networkx as nx
 import numpy as np
 
-from ichain_drake.control.planning.contradictions import Contradiction, Record
+from ichain_drake.control.planning.experience import Experience, Record
 from ichain_drake.control.planning.goals import gap, impossible, value_of
 from ichain_drake.control.planning.keeping import missing_hand
 from ichain_drake.control.planning.model import span
@@ -38,6 +38,7 @@ class _Effort:
     """What one plan takes into account, and what it cost."""
 
     record: Record
+    stood: Mapping[str, Sequence[FloatArray]] = field(default_factory=dict)
     expansions: int = 0
     rollouts: int = 0
 
@@ -64,32 +65,30 @@ class GraphPlanner:
         self,
         start: States,
         goal: Goal,
-        cautious: Collection[Interaction] = (),
-        contradictions: Sequence[Contradiction] = (),
+        experience: Experience | None = None,
     ) -> Plan | NoPlan:
         """Find a plan.
 
         Args:
             start: measured states, shape (n_variables,) each.
             goal: ranges wanted at the same time.
-            cautious: interactions to be used only as they were shown, under their customary conditions; if there is
-                no such plan, they are used as without.
-            contradictions: what executions showed not to be as predicted; no plan is made again as it was.
+            experience: what this execution has shown so far; nothing without.
 
         Returns:
             A plan, empty if the goal is met, or why there is none.
         """
         began = time.perf_counter()
-        shown = tuple(e for e in self.model.graph.interactions if e in cautious and self.model.customary(e))
+        experience = experience or Experience()
+        shown = tuple(e for e in self.model.graph.interactions if e in experience.cautious and self.model.customary(e))
         if shown:
-            careful = self._keeping_to(shown).plan(start, goal, (), contradictions)
+            careful = self._keeping_to(shown).plan(start, goal, replace(experience, cautious=()))
             if isinstance(careful, Plan):
                 return replace(careful, cautious=shown, seconds=time.perf_counter() - began)
         known = {n: np.asarray(start[n], dtype=float) for n in self.model.graph.objects}
         refused = self._not_in_hand(goal) or impossible(goal, self.model, known)
         if refused is not None:
             return refused
-        effort = _Effort(Record(self.model, contradictions))
+        effort = _Effort(Record(self.model, experience.contradictions), experience.stood)
         found = self._in_stages(known, goal, effort)
         proved = False
         if self.settings.optimal:
@@ -183,7 +182,10 @@ class GraphPlanner:
             held = {e for _, options in self._views.values() for e in options.holds}
             objects |= {e.child for e in held if e in touching}
         about = graph.objects if objects is None else objects
-        sides = [Side(view, r.about(about, goal), start, touching) for view, r in self._views.values()]
+        sides = [
+            Side(view, r.about(about, goal).having_stood(effort.stood), start, touching)
+            for view, r in self._views.values()
+        ]
         return kind(self.model, self.settings, sides, start, goal, objects, touching, effort.record)
 
     def _run(self, search: Search, effort: _Effort) -> SearchNode | NoPlan:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ichain_drake.control.planning.borders import Border, find_borders
@@ -15,6 +15,7 @@ from ichain_drake.control.planning.options import find_drives
 from ichain_drake.control.planning.plan import Goal
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
+from ichain_drake.state import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,15 @@ class Repertoire:
             borders=tuple(b for b in self.borders if b.object in objects),
             keeps=tuple(k for k in self.keeps if k.edge.child in objects),
         )
+
+    def having_stood(self, stood: Mapping[str, Sequence[FloatArray]]) -> Repertoire:
+        """With places where objects were seen to stand.
+
+        Args:
+            stood: measured states then, shape (n_variables,) each, by object.
+        """
+        carries = (replace(c, stood=tuple(s[c.follow] for s in stood.get(c.edge.child, ()))) for c in self.carries)
+        return replace(self, carries=tuple(carries))
 
     def _serves(self, drive: DriveOption, wanted: Collection[tuple[str, str]]) -> bool:
         name = self.names[drive.chain[-1].child][drive.variable]

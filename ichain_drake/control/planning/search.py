@@ -13,8 +13,8 @@ import networkx as nx
 import numpy as np
 
 from ichain_drake.control.planning.carries import CarryOption
-from ichain_drake.control.planning.contradictions import Record, expected_ticks
 from ichain_drake.control.planning.drive_option import DriveOption
+from ichain_drake.control.planning.experience import Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.failure_tree import failure_tree
 from ichain_drake.control.planning.frames import Frames

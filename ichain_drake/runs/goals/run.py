@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from ichain_drake.control.execution.executor import ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
-from ichain_drake.control.planning.contradictions import Contradiction
+from ichain_drake.control.planning.experience import Experience
 from ichain_drake.control.planning.format import count
 from ichain_drake.control.planning.goal_text import check_goal_text
 from ichain_drake.control.planning.goals import gap, parse_goal, value_of, words
@@ -133,7 +133,7 @@ class GraphRun:
         """Interactions that failed where their classifier saw no reason, and what was asked of them from then on."""
         if self.memory is None or self.model is None:
             return {}
-        return {e.name: list(self.model.customary(e)) for e in self.memory.cautious}
+        return {e.name: list(self.model.customary(e)) for e in self.memory.experience.cautious}
 
     def _models(self) -> dict[str, Any]:
         assert self.model is not None
@@ -245,11 +245,9 @@ def _execute(
 ) -> None:
     planner = make_planner(model, planner_of(run.scenario.config))
 
-    def planned(
-        now: States, goal: Goal, cautious: Collection[Interaction], contradictions: Sequence[Contradiction]
-    ) -> Plan | NoPlan:
+    def planned(now: States, goal: Goal, experience: Experience) -> Plan | NoPlan:
         began = time.process_time()
-        found = planner.plan(now, goal, cautious, contradictions)
+        found = planner.plan(now, goal, experience)
         run.plan_seconds += time.process_time() - began
         if run.plan is None:
             run.plan = found

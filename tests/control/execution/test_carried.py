@@ -6,6 +6,7 @@ from small_job import fresh, learned, readings
 
 from ichain_drake.control.execution.carried import Carried, Places
 from ichain_drake.graph import Interaction
+from ichain_drake.learning.settings import LEARNING
 
 TAKE = Interaction("hand", "box")
 THERE = readings(fresh())["box"]
@@ -83,3 +84,26 @@ def test_what_moves_while_the_robot_does_not_hold_it_is_counted() -> None:
     held = moved.seen(model, off_by(0.5), "box")
     assert (held.moved, set(held.at)) == (1, {"valve"}), "the robot moves it"
     assert held.seen(model, off_by(0.9), None).moved == 1, "where it is let go of, it stands from then on"
+
+
+def test_where_a_thing_stood_still_by_itself_is_known_from_then_on() -> None:
+    model, _, _ = learned()
+    places = Places()
+    for tick in range(2 * LEARNING.look):
+        assert len(places.stood.get("box", ())) == (tick >= LEARNING.look)
+        places = places.seen(model, off_by(0.0), None)
+    for away in (0.1, 0.2, 0.3, 0.4, 0.5):
+        places = places.seen(model, off_by(away), None)
+    assert len(places.stood["box"]) == 1, "it was on its way"
+    for _ in range(LEARNING.look):
+        places = places.seen(model, off_by(0.9), "box")
+    assert len(places.stood["box"]) == 1, "the robot holds it there"
+    for _ in range(LEARNING.look):
+        places = places.seen(model, off_by(0.9), None)
+    np.testing.assert_array_equal(places.stood["box"], [THERE, off_by(0.9)["box"]])
+    in_hand = {**off_by(0.0), "hand": model.edges[TAKE].examples.active["hand"][0]}
+    in_hand["box"] = model.edges[TAKE].examples.active["box"][0]
+    assert model.decide(TAKE, in_hand) >= 0
+    for _ in range(2 * LEARNING.look):
+        places = places.seen(model, in_hand, None)
+    assert len(places.stood["box"]) == 2, "in the hand it does not stand by itself, whoever knows of that"

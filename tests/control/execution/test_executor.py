@@ -319,11 +319,11 @@ def test_a_plan_is_carried_out_step_by_step_and_what_it_lacks_in_the_end_is_plan
     run._next(memory)
     assert (memory.replans, memory.plan, memory.step) == (1, None, -1)
     assert memory.log == [(0, "goal unmet: 0.5 <= lamp.light <= 1 does not hold: it is 0")]
-    assert [c.step for c in memory.contradictions] == [PLAN.steps[1]]
+    assert [c.step for c in memory.experience.contradictions] == [PLAN.steps[1]]
     assert [t.ticks for t in memory.tasks] == [LEARNING.look]  # type: ignore[attr-defined]
     memory.tasks = []
     run._next(memory)
-    assert [len(a[3]) for a in asked] == [0, 1], "the next plan knows of it"
+    assert [len(a[2].contradictions) for a in asked] == [0, 1], "the next plan knows of it"
     assert memory.plans == [PLAN, PLAN]
 
 
@@ -334,7 +334,7 @@ def test_what_is_not_as_predicted_is_seen_before_the_next_step_begins() -> None:
     run._next(memory)
     assert memory.replans == 1
     assert memory.log[0][1].startswith("deviation: dimmer.x is 0.3 where 0.9 was predicted")
-    assert [c.step for c in memory.contradictions] == [off]
+    assert [c.step for c in memory.experience.contradictions] == [off]
     run, memory, _ = asked_for(PLAN, monitors=False)
     memory.plan, memory.step, memory.began = replace(PLAN, steps=(off, STEP)), 0, HELD
     run._next(memory)
@@ -392,16 +392,16 @@ def test_after_a_failure_what_is_held_is_put_back_and_what_is_touched_is_let_go_
     if "carry" in tasks:
         (carry,) = [t for t in memory.tasks if isinstance(t, CarryTask)]
         assert carry.target == {0: 0.2 if cause == "reach" else 0.1}, "where it was taken, or where it was brought"
-    assert [c.step.chain for c in memory.contradictions] == [STEP.chain]
+    assert [c.step.chain for c in memory.experience.contradictions] == [STEP.chain]
 
 
 def test_what_nobody_saw_coming_makes_it_cautious_once_where_more_was_shown() -> None:
     run, memory, _ = asked_for()
     run._failed(memory, Failed(HOLD, "drive", "too slow"))
-    assert memory.cautious == ()
+    assert memory.experience.cautious == ()
     for edge in (THROW, HOLD, HOLD):
         run._failed(memory, Failed(edge, "activation", "it does not begin"))
-    assert memory.cautious == (HOLD,)
+    assert memory.experience.cautious == (HOLD,)
     assert [text for _, text in memory.log if text.startswith("cautious")] == [
         "cautious: robot->dimmer only as it was shown, by x"
     ]
@@ -413,12 +413,12 @@ def test_what_failed_before_anything_was_planned_contradicts_nothing() -> None:
     memory.plan = Plan((), 0)
     memory.began = HELD
     run._contradicted(memory)
-    assert memory.contradictions == ()
+    assert memory.experience.contradictions == ()
     memory.plan, memory.step = PLAN, -1
     run._contradicted(memory)
     memory.step = 5
     run._contradicted(memory)
-    assert [c.step for c in memory.contradictions] == [PLAN.steps[0], PLAN.steps[1]]
+    assert [c.step for c in memory.experience.contradictions] == [PLAN.steps[0], PLAN.steps[1]]
 
 
 def test_given_up_it_lets_go_of_what_must_not_be_held_and_looks_whether_the_goal_holds_all_the_same() -> None:

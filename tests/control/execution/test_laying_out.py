@@ -158,7 +158,7 @@ def test_what_can_not_be_gone_on_with_is_first_brought_where_it_is_safe(cause: s
         memory.carried = Carried().taken("jug", NOW["jug"])
     run._failed(memory, Failed(PICK, cause, "it did not"))
     assert said(memory.tasks) == [*back, "Look"]
-    assert (memory.replans, memory.plan, len(memory.contradictions)) == (1, None, 1)
+    assert (memory.replans, memory.plan, len(memory.experience.contradictions)) == (1, None, 1)
     assert memory.log[0] == (0, f"{cause}: it did not")
 
 
@@ -168,7 +168,7 @@ def test_the_last_interaction_of_a_chain_that_drove_nothing_is_not_trusted_again
     run, memory = executor(tap(), TAKE, step)
     memory.began = TAP_START
     run.decide(memory, TAP_START, dict.fromkeys(TAP_START, True))
-    assert memory.cautious == (FALL,)
+    assert memory.experience.cautious == (FALL,)
     assert {text for _, text in memory.log} == {
         "deviation: cup.water is 0.05 where 0.45 was predicted after tank->cup",
         "cautious: tank->cup only as it was shown, by daylight",

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ichain_drake.control.execution.executor import Memory, Mode
+from ichain_drake.control.planning.experience import Experience
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner, SearchSettings
@@ -53,7 +54,7 @@ def test_the_report_says_what_was_asked_for_in_the_end() -> None:
     model = learned()[0]
     finished = GraphRun(scenario=None, expressions=(OUT,), model=model)  # type: ignore[arg-type]
     assert finished.cautious == {}
-    finished.memory = Memory(np.zeros(4), cautious=(TAKE,))
+    finished.memory = Memory(np.zeros(4), experience=Experience(cautious=(TAKE,)))
     assert finished.cautious == {"hand->ball": ["position of lid"]}
 
 
@@ -91,7 +92,7 @@ def test_after_a_failure_that_nothing_foretold_it_is_done_as_it_was_shown(
 def test_where_nothing_fails_nothing_more_is_asked() -> None:
     world = Chest(77, inside=False, lid=OPEN)
     memory = run(world, INTO, motion=True)
-    assert (memory.mode, memory.replans, memory.cautious) == (Mode.REACHED, 0, ())
+    assert (memory.mode, memory.replans, memory.experience.cautious) == (Mode.REACHED, 0, ())
     assert memory.plans[0].cautious == ()
 
 
@@ -108,7 +109,7 @@ def test_what_slips_on_its_way_is_no_reason_to_ask_for_more() -> None:
     world.tick = slippery  # type: ignore[method-assign]
     memory = run(world, INTO)
     assert slipped
-    assert (memory.mode, memory.cautious) == (Mode.REACHED, ())
+    assert (memory.mode, memory.experience.cautious) == (Mode.REACHED, ())
     assert memory.replans >= 1
 
 
@@ -117,11 +118,11 @@ def test_without_a_plan_as_shown_there_is_the_plan_without() -> None:
     start = readings(Chest(77, inside=True))
     goal = parse_goal([OUT, "not hand->ball"], model, start)
     short = GraphPlanner(model, SearchSettings(steps=1))
-    found = short.plan(start, goal, [TAKE])
+    found = short.plan(start, goal, Experience(cautious=(TAKE,)))
     assert isinstance(found, Plan)
     assert (len(found.steps), found.cautious) == (1, ())
-    assert short.plan(start, goal, [LID]).cautious == ()  # type: ignore[union-attr]
-    assert len(GraphPlanner(model).plan(start, goal, [TAKE]).steps) == 2  # type: ignore[union-attr]
+    assert short.plan(start, goal, Experience(cautious=(LID,))).cautious == ()  # type: ignore[union-attr]
+    assert len(GraphPlanner(model).plan(start, goal, Experience(cautious=(TAKE,))).steps) == 2  # type: ignore[union-attr]
 
 
 def test_what_is_held_already_is_put_down_whatever_was_customary() -> None:
@@ -133,7 +134,9 @@ def test_what_is_held_already_is_put_down_whatever_was_customary() -> None:
     world.go(world.hand + [0.05, 0.1, 0.2], 1.0)
     start = readings(world)
     assert model.decide(TAKE, start) >= 0 > model.cautious([TAKE]).decide(TAKE, start)
-    found = planner.plan(start, parse_goal(["lid.y >= 0.25", "not hand->ball"], model, start), [TAKE])
+    found = planner.plan(
+        start, parse_goal(["lid.y >= 0.25", "not hand->ball"], model, start), Experience(cautious=(TAKE,))
+    )
     assert isinstance(found, Plan)
     assert [s.chain for s in found.steps] == [(TAKE,), (LID,)]
 

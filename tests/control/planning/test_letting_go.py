@@ -1,5 +1,6 @@
 """What stays where it is let go of, and what has to be held: out of where it was held and where it was let go of."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -71,6 +72,13 @@ def test_it_stays_where_it_was_let_go_of_within_noise_and_a_little_further_on() 
     ):
         assert stays(model(0.5), often, np.array(place)) is ok, place
     assert stays(model(0.5), carry(5), np.array([1.5, 0.0]))
+
+
+def test_it_stays_where_it_was_seen_to_stand_whoever_put_it_there() -> None:
+    shelf = np.array([0.5, 0.3])
+    assert not stays(model(0.5), carry(50), shelf)
+    assert stays(model(0.5), replace(carry(50), stood=(shelf,)), shelf)
+    assert not stays(model(0.5), replace(carry(50), stood=(np.array([0.5, 0.2]),)), shelf), "it hangs above the shelf"
 
 
 def test_nothing_is_known_of_what_was_never_held_or_never_let_go_of() -> None:

@@ -1,6 +1,7 @@
 """Where a carried object may be brought: as the goal wants it, and along the places that are known."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -82,6 +83,15 @@ def test_a_carried_object_may_be_brought_where_it_takes_part_and_where_it_does_n
     model.gates[FALL] = lambda s: np.full(len(s["cup"]), -1.0)
     (targets,) = carry_targets(model, carry, [TAP_START], TAP_START, ())  # type: ignore[list-item, arg-type]
     np.testing.assert_allclose([t[0] for t in targets], [0.0])
+
+
+def test_it_may_be_brought_back_where_it_was_seen_to_stand_though_nobody_ever_put_it_there() -> None:
+    """It stood at 0.7 and was knocked to 0.2."""
+    model = tap()
+    (carry,) = find_carries(model)
+    stood = replace(carry, stood=(np.array([0.7]),))
+    (targets,) = carry_targets(model, stood, [TAP_START], TAP_START, ())  # type: ignore[list-item, arg-type]
+    np.testing.assert_allclose(sorted(t[0] for t in targets), [0.0, 0.7, 1.0])
 
 
 @pytest.mark.parametrize(("share", "goes_along"), [(0.01, False), (0.5, True)])

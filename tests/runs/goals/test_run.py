@@ -12,6 +12,7 @@ from lamp import LampScenario
 
 from ichain_drake.control.execution.memory import ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.experience import Experience
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, Plan, PlanStep
 from ichain_drake.errors import InputError
@@ -220,7 +221,8 @@ def test_a_report_says_what_the_execution_did() -> None:
     metrics = report["metrics"]
     assert (metrics["replans"], metrics["events"]) == (2, [{"step": 3, "what": "lost: it slipped"}])
     assert (report["models"], metrics["cautious"], "line" in report, "labels" in report) == ({}, {}, False, False)
-    run.memory = replace(run.memory, cautious=(Interaction("hand", "dimmer"),))  # type: ignore[type-var]
+    shown = Experience(cautious=(Interaction("hand", "dimmer"),))
+    run.memory = replace(run.memory, experience=shown)  # type: ignore[type-var]
     run.model = SimpleNamespace(customary=lambda edge: (f"{edge.child}.x",))  # type: ignore[assignment]
     assert run.cautious == {"hand->dimmer": ["dimmer.x"]}
 

@@ -1,15 +1,19 @@
-"""What executions contradicted: an option that failed where it was predicted to work is less likely to work there.
+"""What an execution has shown so far, for the plans that are made on the way.
 
-An option is a chain with what it drives or where it carries its object; where it failed is the state it began in.
-With a flat prior on the probability p that it works in that region, n failures make the mean of p 1 / (n + 2): the
-expected time of an option is its time over p, and each failure makes the next try another one (another demonstrated
-grasp, another way of holding). So no plan is ever repeated as it was.
+What it contradicted: an option that failed where it was predicted to work is less likely to work there. An option is a
+chain with what it drives or where it carries its object; where it failed is the state it began in. With a flat prior on
+the probability p that it works in that region, n failures make the mean of p 1 / (n + 2): the expected time of an
+option is its time over p, and each failure makes the next try another one (another demonstrated grasp, another way of
+holding). So no plan is ever repeated as it was.
+
+And where objects stood by themselves: there they stay when they are brought back, wherever anybody let go of them in
+demonstrations.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,6 +24,7 @@ from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +38,22 @@ class Contradiction:
 
     step: PlanStep
     began: States
+
+
+@dataclass(frozen=True, eq=False)
+class Experience:
+    """What an execution has shown so far.
+
+    Attributes:
+        contradictions: steps that did not do what was predicted; no plan is made again as it was.
+        cautious: interactions that failed where their classifier saw no reason. They are used only as they were shown,
+            under their customary conditions; where there is no such plan, as without.
+        stood: by object, measured states in which it was seen to stand by itself, shape (n_variables,) each.
+    """
+
+    contradictions: tuple[Contradiction, ...] = ()
+    cautious: tuple[Interaction, ...] = ()
+    stood: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
 
 
 class Record:

@@ -5,7 +5,7 @@ import pytest
 from toy_models import LAMP_START, TAP_START, lamp, tap
 from winding import SHADE_START, shade
 
-from ichain_drake.control.planning.contradictions import Contradiction, Record, expected_ticks
+from ichain_drake.control.planning.experience import Contradiction, Experience, Record, expected_ticks
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
@@ -31,7 +31,7 @@ def test_the_same_plan_is_never_made_twice(name: str, seed: int) -> None:
     seen: set[object] = set()
     contradictions: list[Contradiction] = []
     for _ in range(6):
-        found = planner.plan(start, goal, (), contradictions)
+        found = planner.plan(start, goal, Experience(tuple(contradictions)))
         if not isinstance(found, Plan):
             return
         assert as_it_is(found) not in seen
@@ -46,11 +46,11 @@ def test_an_option_that_failed_costs_more_and_is_another_one_until_it_is_given_u
     first = planner.plan(TAP_START, goal)
     assert isinstance(first, Plan)
     failed = Contradiction(first.steps[0], TAP_START)
-    again = planner.plan(TAP_START, goal, (), [failed])
+    again = planner.plan(TAP_START, goal, Experience((failed,)))
     assert isinstance(again, Plan)
     assert again.steps[0].variant == 1
     assert again.ticks == expected_ticks(first.steps[0].ticks, 1) > first.ticks
-    given_up = planner.plan(TAP_START, goal, (), [failed] * (LEARNING.few + 1))
+    given_up = planner.plan(TAP_START, goal, Experience((failed,) * (LEARNING.few + 1)))
     assert not isinstance(given_up, Plan) or given_up.steps[0].chain != first.steps[0].chain or len(given_up.steps) > 1
 
 
