@@ -50,6 +50,15 @@ class NoiseStream:
             return np.zeros(0)
         return _block(*self.key, frame // _BLOCK)[frame % _BLOCK]
 
+    def rows(self, frames: Sequence[int]) -> FloatArray:
+        """Noise of several frames, shape (n, n_streams)."""
+        numbers, places = np.divmod(np.asarray(frames, dtype=np.intp), _BLOCK)
+        out = np.zeros((len(numbers), len(self)))
+        for number in np.unique(numbers) if len(self) else ():
+            mine = numbers == number
+            out[mine] = _block(*self.key, int(number))[places[mine]]
+        return out
+
 
 class NoiseRows:
     """The same stream of several runs, a row each: to the bit what each `NoiseStream` gives.

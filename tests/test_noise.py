@@ -45,6 +45,14 @@ def test_values_are_standard_normal() -> None:
     assert not np.array_equal(sample[511], sample[512])
 
 
+@given(st.lists(st.integers(0, 5000), max_size=20))
+def test_the_noise_of_several_frames_is_that_of_each(frames: list[int]) -> None:
+    stream = NoiseStream(3, 1, "measurement", (0, 4))
+    expected = np.array([stream.at(k) for k in frames]).reshape(-1, 2)
+    np.testing.assert_array_equal(stream.rows(frames), expected)
+    assert NoiseStream(0, 0, "measurement", ()).rows(frames).shape == (len(frames), 0)
+
+
 def test_an_object_without_noise_has_an_empty_stream() -> None:
     stream = NoiseStream(0, 0, "process", ())
     assert len(stream) == 0

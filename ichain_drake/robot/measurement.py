@@ -68,8 +68,7 @@ class HandMeasurement(LeafSystem):
             states: the hand's at these frames, shape (n, n_exposed).
             frames: their numbers from the start of the run.
         """
-        rows = [self.read(state, self.noise.at(frame)) for state, frame in zip(states, frames, strict=True)]
-        return np.array(rows).reshape(states.shape)
+        return self.read(states, self.noise.rows(frames))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         discrete.get_mutable_value()[0] += 1.0

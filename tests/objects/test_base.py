@@ -86,6 +86,30 @@ def test_measured_follows_the_declared_noise_stream() -> None:
         np.testing.assert_allclose(rig.read("measured"), rig.read("state") + 0.2 * stream.at(k), atol=1e-15)
 
 
+class OneByOne(Counter):
+    """Its sensor takes its state apart: of many rows it gives other values than of each."""
+
+    def measure(self, state: Any, noise: Any) -> Any:
+        return np.array([state[0], state[1]]) + 0.1 * noise
+
+
+class Summing(Counter):
+    """The same, in another shape."""
+
+    def measure(self, state: Any, noise: Any) -> Any:
+        return np.array([state[0] + noise[0], state[1]])
+
+
+@pytest.mark.parametrize("kind", [Counter, OneByOne, Summing])
+@pytest.mark.parametrize("frames", [[], [3], [0, 7], [2, 511, 512]])
+def test_readings_of_many_frames_are_those_of_each(kind: type[Counter], frames: list[int]) -> None:
+    counter = make(kind, object_id=4, seed=9, noise_scale=2.0)
+    states = np.random.default_rng(0).normal(size=(len(frames), 2))
+    stream = NoiseStream(9, 4, "measurement", (0, 1))
+    expected = [counter.measure(s, 2.0 * stream.at(k)) for s, k in zip(states, frames, strict=True)]
+    np.testing.assert_array_equal(counter.readings(states, frames), np.reshape(expected, (-1, 2)))
+
+
 def test_noise_scale_zero_measures_the_truth() -> None:
     rig = Rig(make(noise_scale=0.0))
     rig.frame(1.0)

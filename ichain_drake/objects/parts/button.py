@@ -104,7 +104,8 @@ class Button(WorldObject):
 
     def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
         """Depression by the hand's height, and the level that it rounds to, with hysteresis."""
-        if not (self.settings.body_size or np.any(active[self._hand]) or np.any(state)):
+        # Counted: that takes a fraction of the time of `any`.
+        if not (self.settings.body_size or np.count_nonzero(active[self._hand]) or np.count_nonzero(state)):
             return state  # at rest
         level, travel = np.asarray(state, dtype=float).T
         if not self.settings.body_size:

@@ -181,7 +181,7 @@ class Food(WorldObject):
         held, was = np.asarray(active[self._hand]) > _CUT, state[..., self._holding] > _CUT
         if self.settings.body_size:
             return state  # the plant moves it
-        new = self._carry(state, parents, held, was) if np.any(held | was) else state
+        new = self._carry(state, parents, held, was) if np.count_nonzero(held | was) else state
         return self._knock(new, held, parents[self._hand]) if self._faults.knocks else new
 
     def _carry(self, state: FloatArray, parents: ParentStates, held: BoolArray, was: BoolArray) -> FloatArray:

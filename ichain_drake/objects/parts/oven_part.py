@@ -121,7 +121,7 @@ class OvenPart(WorldObject):
     def settle(self, state: FloatArray, parents: ParentStates, active: Mapping[str, bool]) -> FloatArray:
         """While held, the coordinate follows the hand; beyond an end, and where it is stiff, the hand slips along."""
         held, was = np.asarray(active[self._hand]) > _CUT, state[..., self._holding] > _CUT
-        if self.settings.body_size or not np.any(held | was):
+        if self.settings.body_size or not np.count_nonzero(held | was):
             return state
         s = np.array(state, dtype=float).T
         hand, k = self.coordinate_of_hand(parents[self._hand]), self.coordinate_index

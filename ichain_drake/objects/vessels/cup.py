@@ -162,14 +162,14 @@ class Cup(WorldObject):
         if self.settings.body_size:
             return new  # the plant moves it
         held, was = np.asarray(active[self._hand]) > _CUT, new[..., self._holding] > _CUT
-        if np.any(held | was):
+        if np.count_nonzero(held | was):
             new = self._carry(new, parents[self._hand], held, was)
         return self._knock(new, held, parents[self._hand]) if self._faults.knocks else new
 
     def _knock(self, state: FloatArray, held: BoolArray, hand: FloatArray) -> FloatArray:
         s = state.T
         now = self._faults.knock(s, ~held.T, self.cup.camera, self._read.position(hand))
-        if np.any(now):
+        if np.count_nonzero(now):
             x, y, z = self.cup.camera.to_robot(s[:3].T).T
             stands = np.array([x, y, self.support(x, y, z) + self.cup.height])
             s[:3] = np.where(now, self.cup.camera.from_robot(stands.T).T, s[:3])
@@ -182,7 +182,7 @@ class Cup(WorldObject):
         place = self._read.position(hand)
         # Where the grasp begins, the cup's place and axis in the hand's frame are kept.
         begins = held & ~was
-        if np.any(begins):
+        if np.count_nonzero(begins):
             axis = _axis(s[3], s[self._lean])
             for k, vector in ((self._offset, rim - place), (self._axis, axis)):
                 s[k : k + 3] = np.where(begins, self._read.rotate_back(hand, vector), s[k : k + 3])
@@ -192,7 +192,7 @@ class Cup(WorldObject):
         tilt = np.arctan2(-axis[1], axis[2])
         lean = np.arcsin(np.minimum(np.maximum(axis[0], -1.0), 1.0))
         falls = was & ~held
-        if np.any(falls):
+        if np.count_nonzero(falls):
             # Let go while tilted, it spills what it holds; then it stands again (nobody could set it up).
             spills = falls & (np.cos(s[3]) * np.cos(s[self._lean]) < math.cos(UPRIGHT))
             w, k = self._water, self._spilled
