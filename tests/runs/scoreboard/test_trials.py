@@ -16,7 +16,11 @@ from ichain_drake.systems.car_game.scenario import CarGame
 
 
 class ShortGame(CarGame):
-    """The car game with two paths of a few seconds in place of its three."""
+    """The car game with two paths of a few seconds in place of its three, and few samples."""
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.config.learning.samples = 250
 
     def reference_paths(self):
         t = np.linspace(0.0, 1.0, 200)[:, None]
