@@ -27,14 +27,14 @@ SMALL = ("--physics", "ideal", "--set", "learning.samples=120")
 COMMANDS = ("run", "teach", "evaluate", "learn")
 
 
-def arguments(command: str, folder: Path, demos: Path) -> list[str]:
-    """A small command that writes into a folder."""
+def arguments(command: str, folder: Path, read: Path) -> list[str]:
+    """A small command that writes into a folder, and reads a path to follow, or pieces to learn from."""
     return {
-        "run": ["run", "car_game", *SMALL, "--no-oracle", "--paths", "eight", "-o", str(folder)],
+        "run": ["run", "car_game", *SMALL, "--no-oracle", "--path", str(read), "-o", str(folder)],
         "teach": ["teach", "car_game", *SMALL, "-o", str(folder)],
         "evaluate": ["evaluate", "car_game", *SMALL, "--methods", "first_link", "--trials", "2",
                      "--report", str(folder / "report.json"), "--resume"],
-        "learn": ["learn", "car_game", *SMALL[2:], "--demos", str(demos), "-o", str(folder)],
+        "learn": ["learn", "car_game", *SMALL[2:], "--demos", str(read), "-o", str(folder)],
     }[command]  # fmt: skip
 
 
@@ -54,15 +54,17 @@ def forks(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Forks]:
 
 
 @pytest.fixture(scope="module")
-def whole(forks: Forks, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Path, float]]:
+def whole(
+    forks: Forks, bend_csv: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], tuple[Path, float]]:
     """The folder that a command makes when nobody kills it, and its processor time; each is run once."""
     place = tmp_path_factory.mktemp("whole")
     made: dict[str, tuple[Path, float]] = {}
 
     def make(command: str) -> tuple[Path, float]:
         if command not in made:
-            demos = make("teach")[0] if command == "learn" else place
-            ended = forks.run(arguments(command, place / command, demos))
+            read = make("teach")[0] if command == "learn" else bend_csv
+            ended = forks.run(arguments(command, place / command, read))
             assert ended.status == 0, ended.said
             made[command] = (place / command, ended.seconds)
         return made[command]
@@ -104,20 +106,20 @@ def check_left(command: str, folder: Path, reference: Path) -> None:
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processor time of another process is read from /proc")
 @pytest.mark.parametrize("number", range(KILLS))
 def test_what_is_left_is_whole(
-    number: int, forks: Forks, whole: Callable[[str], tuple[Path, float]], tmp_path: Path
+    number: int, forks: Forks, whole: Callable[[str], tuple[Path, float]], bend_csv: Path, tmp_path: Path
 ) -> None:
     command = COMMANDS[number % len(COMMANDS)]
     reference, seconds = whole(command)
-    demos = whole("teach")[0] if command == "learn" else tmp_path
+    read = whole("teach")[0] if command == "learn" else bend_csv
     folder = tmp_path / command
     # Half of the moments in the last fifth, in which files are written.
     rng = random.Random(number)
     share = rng.uniform(0.0, 1.0) if rng.random() < 0.5 else rng.uniform(0.8, 1.02)  # noqa: PLR2004
-    killed = forks.run(arguments(command, folder, demos), share * seconds)
+    killed = forks.run(arguments(command, folder, read), share * seconds)
     assert killed.status in (-signal.SIGKILL, 0), killed.said
     check_left(command, folder, reference)
     # Done again in the same place, it does its work as if nothing had been; pieces are never written over.
-    again = forks.run(arguments(command, folder, demos)) if number < len(COMMANDS) or command != "run" else None
+    again = forks.run(arguments(command, folder, read)) if number < len(COMMANDS) or command != "run" else None
     if again is not None and command == "teach" and any(folder.glob("[!.]*.parquet")) and again.status:
         assert (again.status, "demonstrations already" in again.said) == (2, True), again.said
     elif again is not None:
