@@ -1,5 +1,6 @@
 """The runner: nothing is lost and nothing done twice, whatever ends it."""
 
+import importlib
 import json
 import os
 import signal
@@ -39,6 +40,17 @@ def test_a_job_that_raises_is_a_finding_and_ends_nothing(tmp_path):
     assert reasons[:2] == reasons[4:] == [None, None]
     assert all(r.startswith("ZeroDivisionError: by nought (toy_jobs.py, line") for r in reasons[2:4])
     assert reason_of(InputError("two\n lines")) == "two lines"
+
+
+def test_a_system_that_workers_can_not_import_is_named(tmp_path, monkeypatch):
+    (tmp_path / "only_mine.py").write_text("import toy_jobs\nclass OwnJob(toy_jobs.ToyJob):\n    pass\n")
+    with monkeypatch.context() as patch:
+        patch.syspath_prepend(tmp_path)
+        made = importlib.import_module("only_mine").OwnJob
+    (tmp_path / "only_mine.py").unlink()
+    own = [made((name,), tmp_path) for name in "ab"]
+    with pytest.raises(InputError, match=r"can't load a trial \(ModuleNotFoundError: .*only_mine.*\): start where"):
+        run_jobs(own, LocalProcesses(2))
 
 
 def test_what_was_found_before_is_not_done_again(tmp_path):
