@@ -148,13 +148,18 @@ class Places:
             now: measured states, shape (n_variables,) each.
             held: what the robot holds, if anything.
         """
-        mine = {e.child: e for e in model.edges if e.parent == model.graph.root and e.child != held}
+        mine = [e.child for e in model.edges if e.parent == model.graph.root and e.child != held]
         fresh = {n: now[n] for n in mine if n not in self.at or _moved(model, n, self.at[n], now[n])}
         at = {n: self.at[n] for n in self.at if n in mine} | fresh
         ticks = {n: 1 if n in fresh else self.ticks[n] + 1 for n in mine}
-        still = [n for n in mine if ticks[n] == LEARNING.look and model.decide(mine[n], now) < 0]
+        still = [n for n in mine if ticks[n] == LEARNING.look and not _in_a_hand(model, n, now)]
         stood = {**self.stood, **{n: (*self.stood.get(n, ()), now[n]) for n in still}}
         return Places(at, self.moved + sum(n in self.at for n in fresh), ticks, stood)
+
+
+def _in_a_hand(model: InteractionModel, obj: str, now: States) -> bool:
+    """Whether any robot holds it, as the classifiers see it."""
+    return any(model.graph.by_robot(e) and bool(model.decide(e, now) >= 0) for e in model.edges if e.child == obj)
 
 
 def _moved(model: InteractionModel, obj: str, was: FloatArray, now: FloatArray) -> bool:

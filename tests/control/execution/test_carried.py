@@ -1,12 +1,16 @@
 """What is remembered of things that the robot took and let go of."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from small_job import fresh, learned, readings
 
 from ichain_drake.control.execution.carried import Carried, Places
-from ichain_drake.graph import Interaction
+from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import StateSpace, Variable
 
 TAKE = Interaction("hand", "box")
 THERE = readings(fresh())["box"]
@@ -107,3 +111,20 @@ def test_where_a_thing_stood_still_by_itself_is_known_from_then_on() -> None:
     for _ in range(2 * LEARNING.look):
         places = places.seen(model, in_hand, None)
     assert len(places.stood["box"]) == 2, "in the hand it does not stand by itself, whoever knows of that"
+
+
+@pytest.mark.parametrize("holds", [True, False])
+def test_what_another_robot_holds_does_not_stand_by_itself(*, holds: bool) -> None:
+    x = (Variable("x", "m"),)
+    spaces = {n: StateSpace(n, x) for n in ("left", "right", "jug")}
+    graph = InteractionGraph(spaces, ["left->jug", "right->jug"], robots=("left", "right"))
+    near = lambda edge, s: 0.1 - abs(float(s[edge.child][0] - s[edge.parent][0]))  # noqa: E731
+    one = {n: np.ones(1) for n in spaces}
+    model: Any = SimpleNamespace(
+        graph=graph, edges=dict.fromkeys(graph.interactions), decide=near, noise=one, low={"jug": np.zeros(1)}, high=one
+    )
+    now = {"left": np.zeros(1), "right": np.array([0.5 if holds else 0.8]), "jug": np.array([0.5])}
+    places = Places()
+    for _ in range(LEARNING.look):
+        places = places.seen(model, now, None)
+    assert len(places.stood.get("jug", ())) == (not holds)
