@@ -239,7 +239,7 @@ class WorldObject(LeafSystem):
             InputError: on another shape, or a variable that is no number or larger than anything measured.
         """
         plain = type(stepped) is np.ndarray and stepped.dtype == float and stepped.shape == state.shape
-        if plain and np.dot(stepped, stepped) <= _LARGEST:  # so each is; false where one is no number
+        if plain and np.maximum.reduce(np.abs(stepped), initial=0.0) <= _LARGEST:  # false where one is no number
             return stepped.copy()
         where, when = f"{self.get_name()}: step gave", f"at t = {context.get_time():.3f} s"
         try:

@@ -14,7 +14,7 @@ from ichain_drake.learning.chain.chain import learn_link
 from ichain_drake.systems import load_scenario
 from ichain_drake.timing import TICK
 
-LESSON = 7.0  # [s] of the recorded world with each device: a busy machine takes longer for them
+LESSON = 10.0  # [s] of the recorded world with each device: a busy machine takes longer for them
 
 
 def recorded(person: Person) -> float:
