@@ -1,9 +1,9 @@
 """Search for the oracle's weights, on seeds that no report uses: `python benchmarks/oracle_search.py SYSTEM ...`.
 
 An oracle is a limit only if it couldn't easily be better. Horizon, effort, weight along the path and Gauss-Newton steps
-are drawn at random; each round keeps the better third and tries it on more seeds (successive halving; Jamieson &
-Talwalkar, AISTATS 2016), on all of a system's paths. What counts is the mean log error beside that of the weights that
-the scenario declares. Nothing is written into scenarios: whoever runs this decides, and says so in `oracle_weights`.
+are drawn at random and tried on all of a system's paths, all seeds together; half of the seeds choose, the other half
+says what the choice is worth. What counts is the mean log error beside that of the weights that the scenario declares.
+Nothing is written into scenarios: whoever runs this decides, and says so in `oracle_weights`.
 """
 
 from __future__ import annotations
@@ -22,9 +22,11 @@ from sklearn.model_selection import ParameterSampler
 from ichain_drake import load_scenario
 from ichain_drake.control.tracking.levels import PredictiveWeights
 from ichain_drake.runs.paths.choice import choose_paths
-from ichain_drake.runs.paths.following import oracle_follow
+from ichain_drake.runs.paths.many import oracle_follow_many
+from ichain_drake.runs.paths.result import PathResult
 from ichain_drake.runs.provenance import printed
 from ichain_drake.scenarios.base import PathScenario
+from ichain_drake.state import FloatArray
 
 SEEDS = range(100, 106)
 """Of validation: reports begin at others."""
@@ -34,17 +36,21 @@ CHOICES: dict[str, list[Any]] = {
     "along": [0.1, 0.2, 0.4, 0.7, 1.0],
     "iterations": [2, 3, 4, 5],
 }
-KEPT = 3
-"""Of so many candidates one goes on to the next round."""
+MOST = 1.0
+"""Of a log ratio: what a path counts that one of two did not complete."""
 
 
-def errors(system: str, seed: int, weights: PredictiveWeights) -> list[float]:
-    """Mean error of each path; infinite where its end was not reached."""
-    scenario = load_scenario(system, physics="ideal", seed=seed)
-    assert isinstance(scenario, PathScenario)
-    type(scenario).oracle_weights = weights  # in this worker process alone
-    results = [oracle_follow(scenario, k, path, n) for n, (k, path) in enumerate(choose_paths(scenario).items())]
-    return [r.error if r.completed else np.inf for r in results]
+def errors(system: str, weights: PredictiveWeights) -> FloatArray:
+    """Mean error of each seed and path, shape (seeds, paths); infinite where its end was not reached."""
+    scenarios = [load_scenario(system, physics="ideal", seed=seed) for seed in SEEDS]
+    first = scenarios[0]
+    assert isinstance(first, PathScenario)
+    type(first).oracle_weights = weights  # in this worker process alone
+    of_paths = []
+    for n, (name, path) in enumerate(choose_paths(first).items()):
+        found = oracle_follow_many(scenarios, name, path, n)  # type: ignore[arg-type]
+        of_paths.append([r.error if isinstance(r, PathResult) and r.completed else np.inf for r in found])
+    return np.array(of_paths).T
 
 
 def said(weights: PredictiveWeights) -> str:
@@ -61,31 +67,20 @@ def search(system: str, first: int, jobs: int) -> dict[str, Any]:
     drawn = list(ParameterSampler(CHOICES, first, random_state=0))
     drawn = [{**values, "horizon": max(2, round(values["horizon"] * declared.horizon))} for values in drawn]
     candidates = list(dict.fromkeys([declared, *(replace(declared, **values) for values in drawn)]))
-    found: dict[tuple[int, PredictiveWeights], list[float]] = {}
-
-    def score(weights: PredictiveWeights, seeds: range) -> float:
-        pairs = [(np.array(found[s, weights]), np.array(found[s, declared])) for s in seeds]
-        return float(np.mean([np.log(mine / theirs) for mine, theirs in pairs]))
-
-    for last in (1, 3, 6):
-        seeds = SEEDS[:last]
-        todo = [(s, w) for w in candidates for s in seeds if (s, w) not in found]
-        found.update(zip(todo, Parallel(jobs)(delayed(errors)(system, *job) for job in todo), strict=True))
-        ranked = sorted(candidates, key=lambda w: score(w, seeds))
-        print(
-            f"{system}, {last} seeds: {said(ranked[0])}: {np.exp(score(ranked[0], seeds)):.4f} x the declared",
-            flush=True,
-        )
-        candidates = list(dict.fromkeys([*ranked[: max(2, len(ranked) // KEPT)], declared]))
-    best = ranked[0]
-    new = SEEDS[3:]  # the first three chose who came into the last round
+    found = np.array(Parallel(jobs)(delayed(errors)(system, weights) for weights in candidates))
+    with np.errstate(invalid="ignore"):
+        ratios = np.clip(np.nan_to_num(np.log(found / found[0]), posinf=MOST, neginf=-MOST), -MOST, MOST)
+    half = len(SEEDS) // 2
+    best = int(ratios[:, :half].mean(axis=(1, 2)).argmin())
+    new = ratios[best, half:].ravel()
     return {
         "system": system,
-        "tried": first,
+        "tried": len(candidates) - 1,
         "declared": said(declared),
-        "best": said(best),
-        "ratio": float(np.exp(score(best, SEEDS))),
-        "ratio_on_last_seeds": float(np.exp(score(best, new))),
+        "best": said(candidates[best]),
+        "where chosen": float(np.exp(ratios[best, :half].mean())),
+        "on other seeds": float(np.exp(new.mean())),
+        "+-": float(1.96 * new.std(ddof=1) / np.sqrt(len(new))),
     }
 
 
@@ -93,7 +88,7 @@ def main() -> None:
     """Search, print a line a system, and write the report."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("systems", nargs="+", help="such as car_game")
-    parser.add_argument("--first", type=int, default=24, help="candidates of the first round")
+    parser.add_argument("--first", type=int, default=24, help="candidates")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--report", type=Path, help="JSON file")
     options = parser.parse_args()
