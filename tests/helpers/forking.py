@@ -15,7 +15,7 @@ from typing import Any
 from patience import PATIENCE
 
 _SERVER = """
-import importlib, json, os, pkgutil, sys
+import gc, importlib, json, os, pkgutil, sys
 import ichain_drake
 for module in pkgutil.walk_packages(ichain_drake.__path__, "ichain_drake."):
     if ".gymnasium" not in module.name and not module.name.endswith(("__main__", "car_racing")):
@@ -24,6 +24,8 @@ for module in pkgutil.walk_packages(ichain_drake.__path__, "ichain_drake."):
         except ImportError:
             pass
 from ichain_drake.cli.start import main
+gc.collect()
+gc.freeze()  # else each process copies what it searches for garbage
 print("ready", flush=True)
 for line in sys.stdin:
     asked = json.loads(line)

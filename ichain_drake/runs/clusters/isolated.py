@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import json
 import os
 import select
@@ -96,6 +97,7 @@ class _Child:
                 die_with_parent()
                 if os.getppid() == parent:  # else it died before
                     os.close(self._pipe)
+                    gc.freeze()  # else it copies what it searches for garbage
                     code = _run(job, ids, end)
         except BaseException:
             if self._id > 0:
