@@ -160,7 +160,8 @@ class Browser:
     FLAGS = (
         "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
         "--disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader "
-        "--ignore-gpu-blocklist --disable-dev-shm-usage --window-size=900,700 --force-device-scale-factor=0.5 --hide-scrollbars"
+        "--ignore-gpu-blocklist --disable-dev-shm-usage --window-size=900,700 --hide-scrollbars "
+        "--force-device-scale-factor=0.5"  # a quarter of the pixels, which the processor draws
     )
 
     def __init__(self, profile: Path, chromium: str, chromedriver: str) -> None:
