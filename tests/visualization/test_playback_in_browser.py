@@ -124,7 +124,7 @@ def test_something_is_drawn_and_no_script_fails(opened):
     pixels = np.asarray(image).astype(int).reshape(-1, 3)
     assert len(np.unique(pixels // 16, axis=0)) > 40  # noise-free, an empty scene has a handful of colors
     orange = (pixels[:, 0] - pixels[:, 2] > 90) & (pixels[:, 0] > 150)
-    assert orange.sum() > 300  # the arm's upper link and the path driven
+    assert orange.mean() > 5e-4  # the arm's upper link and the path driven
     loaded = opened.js("return performance.getEntriesByType('resource').map(entry => entry.name)")
     assert [name for name in loaded if not name.startswith(("data:", "blob:", "file:"))] == []
     assert opened.complaints() == []

@@ -115,8 +115,9 @@ class Nearest:
             c, edge = conditions[k], self._edge_of(k)
             index = graph.objects[c.object].observable.index(c.variable)
             tail = "" if kept_by_itself(self.model, c) else "; it does not keep its value once it is let go"
-            blocked = self.blocked.get((c.object, index, 1 if self.nearest[k] < c.lower else -1))
-            if blocked is not None and self.blame[k] is None:
+            direction = 1 if self.nearest[k] < c.lower else -1
+            blocked = self.blocked.get((c.object, index, direction))
+            if blocked is not None and self.blame[k] is None and not self._began(c.object, index, direction):
                 edge = blocked[2]
                 tail = f"; {edge.name} never became active on the way, its nearest decision value is {blocked[1]:.2g}"
             blame = self.blame[k]
@@ -153,6 +154,11 @@ class Nearest:
             f"{words(c, graph)} {verdict} together with the other conditions: it is {value:.4g} where most of them "
             f"hold, {effort}",
         )
+
+    def _began(self, obj: str, variable: int, direction: int) -> bool:
+        """Whether any drive of a variable could begin."""
+        ends = (t.end for key, t in self.tried.items() if (key[0][-1].child, *key[1:]) == (obj, variable, direction))
+        return any(end is not None for end in ends)
 
     def _edge_of(self, k: int) -> Interaction | None:
         """The interaction that came nearest, or the first that changes the variable."""

@@ -23,13 +23,13 @@ def failure_tree(nearest: Nearest) -> tuple[str, ...]:
         index = graph.objects[c.object].observable.index(c.variable)
         direction = 1 if nearest.nearest[k] < c.lower else -1
         mine = [
-            (key[0], t)
+            (key[0], "it", t)
             for key, t in nearest.tried.items()
             if key[0][-1].child == c.object and key[1:] == (index, direction)
         ]
-        for chain, tried in sorted(mine, key=lambda m: -m[1].probability):
-            lines.append(f"  {_line(chain, tried)}")
-            before = _before(nearest, tried)
+        for chain, _, tried in sorted(mine, key=lambda m: -m[2].probability):
+            lines.append(f"  {_line(chain, 'it', tried)}")
+            before = _before(nearest, chain, tried)
             lines += [f"    {_line(*m)}" for m in before]
             told |= {chain, *(m[0] for m in before)}
         if not mine:
@@ -37,19 +37,25 @@ def failure_tree(nearest: Nearest) -> tuple[str, ...]:
     beside = {key[0]: t for key, t in nearest.tried.items() if t.end is None and key[0] not in told}
     if beside:
         lines.append("beside these never began:")
-        lines += [f"  {_line(*m)}" for m in beside.items()]
+        lines += [f"  {_line(chain, 'it', tried)}" for chain, tried in beside.items()]
     return tuple(lines)
 
 
-def _line(chain: tuple[Interaction, ...], tried: Tried) -> str:
+def _line(chain: tuple[Interaction, ...], what: str, tried: Tried) -> str:
     through = "->".join([chain[0].parent, *(e.child for e in chain)])
-    went = "never began" if tried.end is None else f"drove it to {tried.end:.4g}"
+    went = "never began" if tried.end is None else f"drove {what} to {tried.end:.4g}"
     why = "" if tried.lost is None else f"; at best {tried.lost.name} was inactive"
     return f"{through}: tried {tried.times} times, {went}, probability at best {tried.probability:.2g}{why}"
 
 
-def _before(nearest: Nearest, tried: Tried) -> list[tuple[tuple[Interaction, ...], Tried]]:
-    """What was tried on the object whose interaction was inactive: what it still needed may be there."""
-    if tried.lost is None:
-        return []
-    return [(key[0], t) for key, t in nearest.tried.items() if key[0][-1].child == tried.lost.parent]
+def _before(
+    nearest: Nearest, chain: tuple[Interaction, ...], tried: Tried
+) -> list[tuple[tuple[Interaction, ...], str, Tried]]:
+    """What was tried on the object that acts, or whose interaction was inactive: what was missing may be there."""
+    obj = (tried.lost or chain[-1]).parent
+    names = nearest.model.graph.objects[obj].observable.names
+    return [
+        (key[0], f"{obj}.{names[key[1]]} {'up' if key[2] > 0 else 'down'}", t)
+        for key, t in nearest.tried.items()
+        if key[0][-1].child == obj and key[0] != chain
+    ]

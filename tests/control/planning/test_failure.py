@@ -38,6 +38,13 @@ def test_the_interaction_that_a_drive_lacked_is_named_with_its_nearest_decision_
     )
 
 
+def test_an_interaction_is_not_said_to_be_missing_where_the_drive_began_from_another_state() -> None:
+    found = nearest()
+    drive = next(d for d in find_drives(found.model, find_carries(found.model)) if d.chain[-1] == FALL)
+    found.note_tried(drive, 0.05, 0.9, None)
+    assert found.failure(7, exhausted=True).reason.endswith("as it is, in all 7 states that can be reached")
+
+
 def test_a_search_that_stopped_proves_nothing() -> None:
     assert "was not found to be met: 0.05 is the nearest" in nearest().failure(7, exhausted=False).reason
     assert "within 7 states" in nearest().failure(7, exhausted=False).reason

@@ -9,6 +9,7 @@ from ichain_drake.control.planning.format import format_plan
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import NoPlan, Plan
 from ichain_drake.control.planning.planner import GraphPlanner
+from ichain_drake.graph import Interaction
 
 
 def test_a_plan_says_how_likely_it_is():
@@ -55,8 +56,9 @@ def test_only_drives_of_the_variable_in_the_direction_that_was_needed_are_told_l
     assert lines == [
         f"  {way}->{lost.child}: tried 3 times, never began, probability at best 0.75; "
         f"at best {lost.name} was inactive",
-        f"    {first[0].name}: tried 5 times, drove it to 0.3, probability at best 0.5",
+        of_dimmer := f"    {first[0].name}: tried 5 times, drove dimmer.x up to 0.3, probability at best 0.5",
         f"  {way}: tried 2 times, drove it to 0.5, probability at best 0.25",
+        of_dimmer,  # what acts may have lacked something
     ]
     nearest.tried = {}
     assert failure_tree(nearest)[1:] == ("  nothing drives it up",)
@@ -68,16 +70,17 @@ def test_what_could_never_begin_is_told_beside_the_conditions_it_says_nothing_of
     nearest = Nearest(model, goal, LAMP_START)
     light = model.graph.objects["lamp"].observable.index("light")
     to_lamp = model.graph.incoming("lamp")[0]
-    first = model.graph.incoming(to_lamp.parent)[0]
+    first, beside = model.graph.incoming(to_lamp.parent)[0], Interaction("robot", "lamp")
     nearest.tried = {
         ((first, to_lamp), light, 1): Tried(1, 0.9, 0.5, None),
-        ((first,), 0, 1): Tried(2, 0.01, None, first),
+        ((beside,), light, -1): Tried(2, 0.01, None, beside),
         ((first,), 0, -1): Tried(2, 0.8, 0.1, None),
     }
     nearest.closest = [0.4]
-    assert failure_tree(nearest)[-2:] == (
+    assert failure_tree(nearest)[-3:] == (
+        f"    {first.name}: tried 2 times, drove dimmer.x down to 0.1, probability at best 0.8",
         "beside these never began:",
-        f"  {first.name}: tried 2 times, never began, probability at best 0.01; at best {first.name} was inactive",
+        f"  {beside.name}: tried 2 times, never began, probability at best 0.01; at best {beside.name} was inactive",
     )
     nearest.closest = [0.0]
     assert len(failure_tree(nearest)) == 3, "what is met needs nothing, but is told of all that could not begin"
