@@ -164,6 +164,11 @@ class Browser:
         "--force-device-scale-factor=0.5"  # a quarter of the pixels, which the processor draws
     )
 
+    RARELY = """
+        const drawn = window.requestAnimationFrame.bind(window);
+        window.requestAnimationFrame = draw => setTimeout(() => drawn(draw), 40);
+    """  # a frame takes the processor, so that they are fewer than on a desk
+
     def __init__(self, profile: Path, chromium: str, chromedriver: str) -> None:
         from selenium import webdriver  # noqa: PLC0415  (an optional package)
 
@@ -173,6 +178,7 @@ class Browser:
             options.add_argument(flag)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(chromedriver))
+        self.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": self.RARELY})
         self.driver.set_script_timeout(PATIENCE)
         self.driver.set_page_load_timeout(PATIENCE)
 
