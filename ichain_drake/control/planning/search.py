@@ -251,6 +251,8 @@ class Search:
                 model, carry, [n.states for n in nodes], self.start, self.surer, side.options.enabling[carry.edge]
             )
             moves += [(n, carry, t, None) for n, places in zip(nodes, targets, strict=True) for t in places]
+            here = [(n, n.states[carry.edge.child][carry.follow]) for n in nodes if n.held_by(root) is not None]
+            moves += [(n, carry, place, None) for n, place in here if stays(model, carry, place)]  # let go of
             if self._ends_in_hand(side, carry):
                 ends = [(n, in_hand(model, carry, n.states, self.surer)) for n in nodes]
                 moves += [(n, carry, *end) for n, end in ends if end is not None]

@@ -168,6 +168,11 @@ def test_where_it_is_to_be_held_the_object_is_not_let_go_of() -> None:
     assert search("cup.x >= 0.9", inactive=(CUP,))._forbidden([found]) == [True]
 
 
+def test_what_is_held_where_it_is_wanted_is_let_go_of_there() -> None:
+    holding = {**TAP_START, "robot": np.array([1.0, 1.0]), "cup": np.array([1.0, 0.05])}
+    assert chains(search("cup.water >= 0.5", start=holding).run()) == ["robot->cup carried", "tank->cup"]
+
+
 @pytest.mark.parametrize(("way", "steps"), [(0.1, 1), (0.0, 0), (-0.1, 0)])
 def test_a_drive_that_does_not_go_its_way_is_no_step(monkeypatch: pytest.MonkeyPatch, way: float, steps: int) -> None:
     made = search("cup.water >= 0.5", start={**TAP_START, "cup": np.array([1.0, 0.05])})
