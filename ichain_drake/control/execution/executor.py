@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -328,7 +329,10 @@ class Executor:
         if failure.cause == "lost":
             unforeseen = memory.carried.stayed(view.model, view.averaged())
             memory.carried = memory.carried.slipped()
-        self._contradicted(memory)
+        no_way: Literal["", "to it", "with it"] = ""
+        if failure.cause == "reach" and step is not None:
+            no_way = "with it" if view.holds(step.chain[0]) else "to it"
+        self._contradicted(memory, no_way)
         self._replan(memory, failure.cause, failure.text)
         if memory.giving_up is not None:
             return
@@ -359,11 +363,11 @@ class Executor:
             memory.experience = replace(memory.experience, cautious=cautious)
             memory.log.append((memory.tick, f"cautious: {edge.name} only as it was shown, by {', '.join(conditions)}"))
 
-    def _contradicted(self, memory: Memory) -> None:
+    def _contradicted(self, memory: Memory, no_way: Literal["", "to it", "with it"] = "") -> None:
         """What the running step, or the last, was meant to do did not come about from where it began."""
         if memory.plan is not None and memory.plan.steps and memory.began:
             step = memory.plan.steps[min(max(memory.step, 0), len(memory.plan.steps) - 1)]
-            failed = (*memory.experience.contradictions, Contradiction(step, memory.began))
+            failed = (*memory.experience.contradictions, Contradiction(step, memory.began, no_way))
             memory.experience = replace(memory.experience, contradictions=failed)
 
     def _give_up(self, memory: Memory, cause: str, reason: str) -> None:

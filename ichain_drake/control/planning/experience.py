@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -34,10 +35,13 @@ class Contradiction:
     Attributes:
         step: of a plan.
         began: states in which it began, shape (n_variables,) each.
+        no_way: `to it` where the robot found no way to what the step begins with, `with it` where it found none once
+            it held that, else empty. Anything that stood anywhere may have been in the way.
     """
 
     step: PlanStep
     began: States
+    no_way: Literal["", "to it", "with it"] = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,21 +66,28 @@ class Record:
     Args:
         model: the learned graph.
         contradictions: so far.
+        final: whether to take it for final that there was no way: several ends of it were asked for then.
     """
 
-    def __init__(self, model: InteractionModel, contradictions: Sequence[Contradiction] = ()) -> None:
-        self._model, self._all = model, tuple(contradictions)
+    def __init__(
+        self, model: InteractionModel, contradictions: Sequence[Contradiction] = (), *, final: bool = True
+    ) -> None:
+        self._model, self._all, self._final = model, tuple(contradictions), final
 
     def failures(self, step: PlanStep, states: States) -> int:
-        """How often an option failed in states like these.
+        """How often an option failed in states like these; more than `LEARNING.few` where it is not to be tried again.
 
         Args:
             step: the option.
             states: in which it is to begin, shape (n_variables,) each.
         """
-        return sum(self._same(c.step, step) and self._alike(c, states) for c in self._all)
+        alike = [c for c in self._all if self._same(c, step) and self._alike(c, states)]
+        return len(alike) + (LEARNING.few if self._final and any(c.no_way for c in alike) else 0)
 
-    def _same(self, one: PlanStep, other: PlanStep) -> bool:
+    def _same(self, past: Contradiction, other: PlanStep) -> bool:
+        one = past.step
+        if past.no_way == "to it" and one.chain[0] == other.chain[0]:
+            return True  # whatever is to be done with it
         if one.chain != other.chain or (one.until is None) != (other.until is None):
             return False
         if one.until is not None and other.until is not None:
@@ -92,12 +103,14 @@ class Record:
         Nor what a motion moves on the way: it is the same motion wherever in it the objects are.
         """
         moved = {e.child for e in past.step.chain[:-1]} if past.step.motion is not None else set()
-        for name in _around(self._model, past.step.chain):
+        around = _around(self._model, past.step.chain[:1] if past.no_way == "to it" else past.step.chain)
+        for name in self._model.passive if past.no_way else around:
             if name in moved:
                 continue
             space = self._model.graph.objects[name].observable
             off = np.abs(space.difference(states[name], past.began[name]))
-            if (off > np.where(jumping(space), 0.0, self._width(name))).any():
+            far = off > np.where(jumping(space), 0.0, self._width(name))
+            if far.any() if name in around else far[space.role_indices("position")].any():
                 return False
         return True
 

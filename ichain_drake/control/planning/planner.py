@@ -41,6 +41,7 @@ class _Effort:
     stood: Mapping[str, Sequence[FloatArray]] = field(default_factory=dict)
     expansions: int = 0
     rollouts: int = 0
+    barred: bool = False  # whether experience kept a search from something
 
 
 class GraphPlanner:
@@ -90,6 +91,9 @@ class GraphPlanner:
             return refused
         effort = _Effort(Record(self.model, experience.contradictions), experience.stood)
         found = self._in_stages(known, goal, effort)
+        if isinstance(found, NoPlan) and effort.barred:  # where there was no way, there may be one by another reading
+            effort.record, effort.barred = Record(self.model, experience.contradictions, final=False), False
+            found = self._in_stages(known, goal, effort)
         proved = False
         if self.settings.optimal:
             found, proved = self._cheapest(known, goal, effort, found)
@@ -143,11 +147,11 @@ class GraphPlanner:
                     node = SearchNode(found.states, (*node.steps, *found.steps), node.ticks + found.ticks, found.unmet)
                     failed = None
                     break
-                if found.condition.object == obj and node is first and not _touches(found):
+                if found.condition.object == obj and node is first and not _touches(found) and not effort.barred:
                     return found  # nothing that can act on the object ever brought it there
                 failed = failed or found
             if failed is not None:
-                return self._search(start, goal, None, effort) if several else failed
+                return self._search(start, goal, None, effort) if several or effort.barred else failed
             waiting = self._open_objects(node.states, goal)
         if node is first:  # only interactions may be left to deactivate
             return self._search(start, goal, None, effort)
@@ -192,6 +196,7 @@ class GraphPlanner:
         found = search.run()
         effort.expansions += search.expansions
         effort.rollouts += search.rollouts
+        effort.barred |= search.barred
         return found
 
     def _open_objects(self, states: States, goal: Goal) -> list[str]:

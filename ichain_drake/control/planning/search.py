@@ -113,6 +113,7 @@ class Search:
         self.landmarks = Landmarks(model, self.surer)
         self.expansions = self.rollouts = 0
         self.dropped = False  # whether a state was left out that might have led on
+        self.barred = False  # whether one was left out since what led to it failed before
         self.closed: set[tuple[object, ...]] = set()
         self.nearest = Nearest(self.model, goal, start)
         self.start = dict(start)
@@ -370,6 +371,7 @@ class Search:
         """The node that a step leads to, with what is held there, if it is not known to fail."""
         failures = self.record.failures(step, node.states)
         if failures > LEARNING.few:
+            self.barred = self.dropped = True  # that it failed is no proof that it can't work
             return []
         if failures:
             step = replace(step, variant=failures, ticks=expected_ticks(step.ticks, failures))

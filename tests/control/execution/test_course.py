@@ -136,6 +136,7 @@ def test_where_there_is_no_way_at_all_it_stops_and_says_why() -> None:
     assert (memory.mode, memory.cause) == (Mode.STOPPED, "reach")
     assert "the boom and the shed are in the way" in memory.reason
     assert "given up after 5 new plans" in memory.reason
+    assert [c.no_way for c in memory.experience.contradictions] == ["to it"] * 6
     np.testing.assert_array_equal(commands, np.tile(readings(fresh())["hand"], (len(commands), 1)))  # nor blindly away
 
 

@@ -1,7 +1,10 @@
 """No plan is made again as it was once execution has contradicted it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import toy_models
 from toy_models import LAMP_START, TAP_START, lamp, tap
 from winding import SHADE_START, shade
 
@@ -10,6 +13,7 @@ from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Plan
 from ichain_drake.control.planning.planner import GraphPlanner
 from ichain_drake.learning.settings import LEARNING
+from ichain_drake.state import Role, Variable
 
 CASES = {
     "shade": (shade, SHADE_START, "shade.height >= 0.7"),
@@ -61,3 +65,52 @@ def test_a_failure_elsewhere_says_nothing() -> None:
     record = Record(model, [Contradiction(found.steps[0], TAP_START)])
     assert record.failures(found.steps[0], TAP_START) == 1
     assert record.failures(found.steps[0], {**TAP_START, "cup": np.array([0.5, 0.05])}) == 0
+
+
+@pytest.fixture
+def placed(monkeypatch: pytest.MonkeyPatch) -> toy_models.ToyModel:
+    """The lamp, its dimmer and switch at places of which readings tell."""
+    monkeypatch.setattr(toy_models, "X", Variable("x", "m", role=Role("position", frame="table", axis="x")))
+    return lamp()
+
+
+def test_where_there_was_no_way_there_is_none_as_long_as_everything_stands_where_it_did(
+    placed: toy_models.ToyModel,
+) -> None:
+    goal = parse_goal(["dimmer.x >= 0.9"], placed, LAMP_START)
+    found = GraphPlanner(placed).plan(LAMP_START, goal)
+    assert isinstance(found, Plan)
+    (step,) = found.steps
+    no_way, elsewhere = Contradiction(step, LAMP_START, "with it"), {**LAMP_START, "switch": np.array([0.9])}
+    assert Record(placed, [no_way]).failures(step, LAMP_START) == LEARNING.few + 1
+    assert Record(placed, [no_way]).failures(step, elsewhere) == 0, "the switch may have been in the way"
+    assert Record(placed, [Contradiction(step, LAMP_START)]).failures(step, elsewhere) == 1
+    assert Record(placed, [no_way], final=False).failures(step, LAMP_START) == 1
+
+
+def test_without_a_way_to_something_nothing_can_be_done_with_it(placed: toy_models.ToyModel) -> None:
+    goal = parse_goal(["dimmer.x >= 0.9"], placed, LAMP_START)
+    found = GraphPlanner(placed).plan(LAMP_START, goal)
+    assert isinstance(found, Plan)
+    (step,) = found.steps
+    other = replace(step, wanted={("dimmer", "x"): 0.0})
+    assert Record(placed, [Contradiction(step, LAMP_START, "with it")]).failures(other, LAMP_START) == 0
+    to_it = Record(placed, [Contradiction(step, LAMP_START, "to it")])
+    assert to_it.failures(other, LAMP_START) == LEARNING.few + 1
+    assert to_it.failures(other, {**LAMP_START, "lamp": np.ones(1)}) == LEARNING.few + 1, "light is in nobody's way"
+    assert to_it.failures(other, {**LAMP_START, "dimmer": np.array([0.9])}) == 0
+
+
+def test_what_may_be_in_the_way_is_moved_even_if_it_acts_on_nothing_that_is_wanted(placed: toy_models.ToyModel) -> None:
+    planner, goal = GraphPlanner(placed), parse_goal(["dimmer.x >= 0.9"], placed, LAMP_START)
+    found = planner.plan(LAMP_START, goal)
+    assert isinstance(found, Plan)
+    no_way = Contradiction(found.steps[0], LAMP_START, "to it")
+    around = planner.plan(LAMP_START, goal, Experience((no_way,)))
+    assert isinstance(around, Plan)
+    assert [s.chain[0].child for s in around.steps] == ["switch", "dimmer"]
+    moved = [Contradiction(found.steps[0], {**LAMP_START, "switch": np.array([x])}, "to it") for x in (0.1, 0.9)]
+    again = planner.plan(LAMP_START, goal, Experience((no_way, *moved)))
+    assert isinstance(again, Plan)
+    assert [s.chain[0].child for s in again.steps] == ["dimmer"], "nothing helped: by another reading there may be one"
+    assert again.steps[0].variant == 1
