@@ -182,7 +182,7 @@ class PathScenario(Scenario):
     """Why predictive control with the true model can't be run for comparison; empty where it can."""
 
     oracle_weights: ClassVar[PredictiveWeights] = PredictiveWeights(effort=0.02)
-    """What the oracle weighs; that of the car game was chosen on seeds 100 to 105, which no report uses."""
+    """What the oracle weighs, chosen on seeds that no report uses; `benchmarks/oracle_search.py` looks for better."""
 
     @abstractmethod
     def reference_paths(self) -> Mapping[str, FloatArray]:
