@@ -20,6 +20,7 @@ from ichain_drake.robot.spec import BodySpec, RobotSpec
 from ichain_drake.state import FloatArray
 
 # Where bodies are put that are nowhere [m].
+_OPENING = 5  # positions of opening fingers that are looked at
 _AWAY = RigidTransform([0.0, 0.0, -50.0])
 
 
@@ -104,18 +105,26 @@ class CollisionScene:
             near = [pair for pair in near if any(name.partition(".")[0] in bodies for name in pair[1:])]
         return min((d for d, _, _ in near), default=margin)
 
+    def opening_clearance(self, joints: FloatArray, full: FloatArray) -> float:
+        """How deep shut fingers would go into something while they open, negative [m]; 0 if into nothing."""
+        opened, shut = self._fingers
+        ways = (opened + share * (shut - opened) for share in np.linspace(0.0, 1.0, _OPENING))
+        return min((d for fingers in ways for d, _, _ in self._near(joints, full, 0.0, fingers)), default=0.0)
+
     def touching(self, joints: FloatArray, full: FloatArray, margin: float = 0.0) -> tuple[str, ...]:
         """Pairs of bodies nearer to each other than `margin` [m], as "body - body", the nearest first."""
         pairs = sorted(self._near(joints, full, margin))
         return tuple(dict.fromkeys(f"{a} - {b}" for _, a, b in pairs))
 
-    def _near(self, joints: FloatArray, full: FloatArray, margin: float) -> list[tuple[float, str, str]]:
+    def _near(
+        self, joints: FloatArray, full: FloatArray, margin: float, fingers: FloatArray | None = None
+    ) -> list[tuple[float, str, str]]:
         plant, context = self._plant, self._plant_context
         plant.SetPositions(context, self._robot.arm, joints)
         if self._robot.gripper is not None:
             # Around something the fingers are not shut; how far is not known, so they count as open.
             shut = full[GRIP] > 0.5 and self.held is None  # noqa: PLR2004 - a flag
-            plant.SetPositions(context, self._robot.gripper, self._fingers[int(shut)])
+            plant.SetPositions(context, self._robot.gripper, self._fingers[int(shut)] if fingers is None else fingers)
         if self.held in self._free:
             plant.SetFreeBodyPose(context, self._free[self.held], hand_pose(full) @ self._in_hand[self.held])
         query: QueryObject = self._robot.scene_graph.get_query_output_port().Eval(self._scene_context)

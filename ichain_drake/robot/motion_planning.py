@@ -15,6 +15,7 @@ from ichain_drake.errors import InputError, UnreachableError
 from ichain_drake.motion_query import MotionQuery
 from ichain_drake.robot.arm_rollout import ArmRollout, Stretch
 from ichain_drake.robot.collision import CollisionScene
+from ichain_drake.robot.hand import GRIP
 from ichain_drake.robot.hand_lines import MARGIN, HandLines, TreeNode
 from ichain_drake.robot.kinematics import ArmKinematics
 from ichain_drake.robot.path_search import find_way
@@ -61,7 +62,8 @@ class MotionPlanner:
         """Hand commands to a goal, one a tick.
 
         Variables of the hand that are the same at both ends stay as they are on the way (but its place); the grip
-        changes last.
+        changes last. Only where opening fingers would strike something at the goal, and nothing where the hand is now,
+        they open first.
 
         Args:
             query: hand states in exposed variables. What is held without a declared body is taken for small. What was
@@ -82,6 +84,8 @@ class MotionPlanner:
         end[grip] = start[grip]
         scene = self._scene(query.held)
         scene.place({n: hand.full(v) for n, v in query.left.items() if n != query.held})
+        if query.shown is None and self._opens_first(scene, start, wanted):
+            start[grip] = end[grip] = wanted[grip]
         first, last = (TreeNode(v, self.kinematics.solve(hand.full(v))) for v in (start, end))
         lines = HandLines(hand, ArmRollout(self.kinematics, scene, MARGIN), (first, last))
         leaves = query.shown is not None and query.touched is None
@@ -115,6 +119,15 @@ class MotionPlanner:
         out = np.array(rows)
         out[-1] = wanted
         return out
+
+    def _opens_first(self, scene: CollisionScene, start: FloatArray, end: FloatArray) -> bool:
+        """Whether the hand is to open before it goes; of two hand states, the second one open."""
+        hand = self.spec.hand
+        both = [hand.full(v) for v in (start, end)]
+        if scene.held is not None or not both[0][GRIP] > both[1][GRIP]:
+            return False
+        here, there = (scene.opening_clearance(self.kinematics.solve(full), full) for full in both)
+        return there < 0.0 <= here
 
     def _scene(self, held: str | None) -> CollisionScene:
         key = held if held in self._in_hand else None

@@ -78,6 +78,18 @@ def test_what_is_held_goes_around_too_and_what_was_put_down_is_in_the_way(tmp_pa
     assert path[crossing, 2].min() > 0.09
 
 
+def test_fingers_open_first_where_they_would_strike_something_at_the_goal(tmp_path: Path) -> None:
+    spec = walls(tmp_path)
+    planner = MotionPlanner(spec, {"cup": CUP}, {"cup": UPRIGHT.inverse()})
+    start, goal = np.array([0.40, -0.12, 0.15, DOWN, 1.0]), np.array([0.40, 0.0, 0.06, DOWN, 0.0])
+    assert planner.path(MotionQuery(start, goal))[:, 4].tolist() == [1.0] * 3 + [0.0]  # nothing is there: last
+    around = planner.path(MotionQuery(start, goal, left={"cup": goal}))
+    assert set(around[:, 4]) == {0.0}
+    np.testing.assert_array_equal(around[-1], goal)
+    holding = planner.path(MotionQuery(start, goal, "cup"))
+    assert set(holding[:-1, 4]) == {1.0}, "what it holds it holds to the end"
+
+
 def test_pointing_changes_where_the_arm_can_follow() -> None:
     spec = RobotSpec(hand=walls(Path()).hand)
     start, goal = np.array([0.55, 0.1, 0.35, FORWARD, 0.0]), np.array([0.5, 0.2, 0.12, DOWN, 0.0])
