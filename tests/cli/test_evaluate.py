@@ -81,6 +81,8 @@ def test_the_first_link_has_the_same_rows_for_any_number_of_processes(ichain, tm
             "ideal",
             "--methods",
             "first_link",
+            "--set",
+            "learning.samples=150",
             "--trials",
             2,
             "--jobs",

@@ -109,7 +109,7 @@ def assert_same(a: LearnedLink, b: LearnedLink, seed: int) -> None:
 
 
 @pytest.mark.parametrize("kind", ESTIMATORS)
-@settings(max_examples=3, deadline=None, derandomize=True)
+@settings(max_examples=2, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6))
 def test_loaded_links_predict_the_same_to_the_last_bit(kind: str, seed: int) -> None:
     chain = learn(kind, seed)
