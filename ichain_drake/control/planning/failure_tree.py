@@ -23,11 +23,11 @@ def failure_tree(nearest: Nearest) -> tuple[str, ...]:
         index = graph.objects[c.object].observable.index(c.variable)
         direction = 1 if nearest.nearest[k] < c.lower else -1
         mine = [
-            (key[0], "it", t)
+            (key[0], t)
             for key, t in nearest.tried.items()
             if key[0][-1].child == c.object and key[1:] == (index, direction)
         ]
-        for chain, _, tried in sorted(mine, key=lambda m: -m[2].probability):
+        for chain, tried in sorted(mine, key=lambda m: -m[1].probability):
             lines.append(f"  {_line(chain, 'it', tried)}")
             before = _before(nearest, chain, tried)
             lines += [f"    {_line(*m)}" for m in before]

@@ -56,9 +56,9 @@ def test_only_drives_of_the_variable_in_the_direction_that_was_needed_are_told_l
     assert lines == [
         f"  {way}->{lost.child}: tried 3 times, never began, probability at best 0.75; "
         f"at best {lost.name} was inactive",
-        of_dimmer := f"    {first[0].name}: tried 5 times, drove dimmer.x up to 0.3, probability at best 0.5",
+        f"    {first[0].name}: tried 5 times, drove dimmer.x up to 0.3, probability at best 0.5",
         f"  {way}: tried 2 times, drove it to 0.5, probability at best 0.25",
-        of_dimmer,  # what acts may have lacked something
+        f"    {first[0].name}: tried 5 times, drove dimmer.x up to 0.3, probability at best 0.5",
     ]
     nearest.tried = {}
     assert failure_tree(nearest)[1:] == ("  nothing drives it up",)
