@@ -37,7 +37,7 @@ def format_plan(
     passed, known = 0, start
     for number, step in enumerate(plan.steps, 1):
         chain = "->".join([step.chain[0].parent, *(e.child for e in step.chain)])
-        chance = f" (probability {step.probability:.3f})" if likely else ""
+        chance = f" (probability {step.probability:.3f} a try)" if likely else ""
         lines.append(f"{number}. {chain}: {_doing(step, graph)}{chance}")
         passed += step.ticks
         lines.append(f"   {step.ticks} ticks, until {passed * TICK:.0f} s{_changes(known, step.predicted, graph)}")

@@ -92,7 +92,8 @@ class Plan:
         expansions, rollouts: effort of the search.
         seconds: duration of the search [s].
         cautious: interactions that it uses only as they were shown, beside what their classifiers ask for.
-        probability: of success as predicted: that all steps work, and their spread leaves the goal's conditions met.
+        probability: of success as predicted: that all steps work, and their spread leaves the goal's conditions met,
+            at the first or the second try.
         cost: expected time until the goal holds, where what fails is tried again [ticks].
         optimal: whether no cheaper one is possible with the options that were found; see `OptimalSearch`.
     """

@@ -17,19 +17,23 @@ from ichain_drake.control.planning.plan import Condition, Goal, PlanStep
 from ichain_drake.learning.model import InteractionModel
 
 _LEAST = 1e-3  # probability: less is known to no model here, and would make costs infinite
+_TRIES = 2
 
 
 def success_probability(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
-    """Probability that all steps of a plan work and leave the goal's conditions met.
+    """Probability that a plan, carried out, ends with the goal's conditions met.
 
-    Steps count as independent of each other, and so do conditions.
+    What fails, a step or the goal at the end, is noticed and tried once more. Further tries, which execution makes, are
+    not counted: what failed twice will have a reason that a third time has, too. Steps count as independent of each
+    other, and so do conditions.
 
     Args:
         model: the learned graph.
         goal: what is wanted.
         steps: of the plan.
     """
-    return math.prod(s.probability for s in steps) * goal_probability(model, goal, steps)
+    tried = [*(s.probability for s in steps), goal_probability(model, goal, steps)]
+    return math.prod(1.0 - (1.0 - p) ** _TRIES for p in tried)
 
 
 def goal_probability(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:

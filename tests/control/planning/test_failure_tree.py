@@ -18,7 +18,8 @@ def test_a_plan_says_how_likely_it_is():
     found = GraphPlanner(model).plan(TAP_START, goal)
     assert isinstance(found, Plan)
     assert 0.5 < found.probability < 1.0
-    assert found.probability <= np.prod([s.probability for s in found.steps]) + 1e-12
+    tried = [1.0 - (1.0 - s.probability) ** 2 for s in found.steps]
+    assert found.probability <= np.prod(tried) + 1e-12, "steps work at the first or second try"
     text = format_plan(found, model.graph, likely=True)
     assert f"success {found.probability:.2f}" in text
     assert text.count("(probability ") == len(found.steps)

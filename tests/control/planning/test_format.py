@@ -33,7 +33,7 @@ def test_each_step_says_what_is_brought_where_and_what_changes() -> None:
         "cup.water 0.0549 -> 0.35",
     ]
     likely = format_plan(plan, GRAPH, likely=True).splitlines()
-    assert likely[1].endswith("let go (probability 0.750)")
+    assert likely[1].endswith("let go (probability 0.750 a try)")
     assert likely[2] == "   6 ticks, until 2 s", "nothing is known of the start"
     held = format_plan(Plan((replace(carry, release=False),), 6), GRAPH).splitlines()
     assert held[1] == "1. robot->cup: carry it to x 1 m; hold it"

@@ -49,7 +49,7 @@ def test_what_no_step_changes_holds_as_it_did() -> None:
 def test_steps_are_independent_and_what_fails_is_tried_again() -> None:
     toy, goal, plan = model(), Goal((Condition("cup", "water", 0.4, math.inf),)), steps(0.405, 0.5, 0.8)
     holds = norm.cdf(0.005 / STD)
-    assert success_probability(toy, goal, plan) == pytest.approx(0.4 * holds)
+    assert success_probability(toy, goal, plan) == pytest.approx(0.75 * 0.96 * (1.0 - (1.0 - holds) ** 2))
     assert [step_cost(s) for s in plan] == pytest.approx([20.0, 25.0])
     assert plan_cost(toy, goal, plan) == pytest.approx(45.0 / holds)
     assert plan_cost(toy, goal, []) == 0.0
