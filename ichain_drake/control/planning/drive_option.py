@@ -61,8 +61,8 @@ class DriveOption:
             for sample in (self.hold, self.before, self.others)
         )
         every = {n: np.concatenate([hold[n][None], v]) for n, v in others.items()}
-        moved = first or self.chain[0].parent
-        usable = frames.in_reach(moved, every[moved])
+        robot = self.chain[0].parent
+        usable = frames.in_reach(robot, every[robot]) & (first is None or frames.in_reach(first, every[first]))
         if first is not None and (usable & frames.is_shown(first, every[first])).any():
             usable &= frames.is_shown(first, every[first])
         if not usable.any():

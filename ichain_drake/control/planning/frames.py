@@ -139,7 +139,7 @@ class Frames:
         """
         space = self._spaces[obj]
         low, high = space.lower, space.upper
-        if obj != self._root:
+        if obj not in self._roots:
             ends = self.reach(obj)
             if ends is None:
                 return np.ones(states.shape[:-1], dtype=bool)

@@ -56,6 +56,17 @@ def test_it_is_the_surest_that_is_within_reach_and_was_shown_if_any_was(
     assert (found.hold["hand"], found.hold["stove"]) == (pytest.approx([hold]), pytest.approx([1.0]))
 
 
+def test_the_robot_itself_has_to_be_within_reach_as_it_holds_the_thing() -> None:
+    """A thing's places within reach are a box along its own frame's axes, which holds more than the robot's does."""
+    reach = {"hand": 1.25, "jug": 2.0}
+    found = option().placed(
+        SimpleNamespace(**vars(frames(2.0)) | {"in_reach": lambda obj, states: states[:, 0] <= reach[obj]}),  # type: ignore[arg-type]
+        NOW,
+    )
+    assert found is not None
+    assert found.hold["hand"] == pytest.approx([1.2])
+
+
 def test_out_of_reach_there_is_none_and_without_an_anchor_it_stays_as_it_is() -> None:
     assert option().placed(frames(1.0), NOW) is None  # type: ignore[arg-type]
     free = option(None)
