@@ -25,7 +25,17 @@ def clearly(gains: ArrayLike, tried: int = 1) -> bool:
         tried: how many models the one was picked from: as likely as all others together it must be, by log(tried).
     """
     values = np.asarray(gains, dtype=float)
-    return bool(values.sum() > max(np.sqrt(np.sum(values**2)) * (1.0 + 1e-9), np.log(tried)))
+    return bool(values.sum() > max(np.sqrt(np.sum(values**2)) * (1.0 + 1e-9), np.log(max(tried, 1))))
+
+
+def borne_out(gains: ArrayLike, tried: int = 1) -> bool:
+    """Whether gains are clear, and likelier than chance without the part that speaks for them most, too.
+
+    Asked of what a model looks at: what one part shows may be an accident of that part, however likely, and another
+    that hardly agrees is no second witness. Arguments as for `clearly`.
+    """
+    values = np.asarray(gains, dtype=float)
+    return clearly(values, tried) and bool(values.sum() - values.max() > np.log(max(tried, 1)))
 
 
 def by_part(values: FloatArray, part: NDArray[np.intp]) -> FloatArray:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.special import ndtr
 
 from ichain_drake.learning.selection import (
+    borne_out,
     by_part,
     calibrated,
     calibration_error,
@@ -37,6 +38,16 @@ def test_who_was_picked_from_many_has_to_gain_more() -> None:
     gains = [1.0, 1.0, 1.0]
     assert clearly(gains, tried=20)  # log 20 is 2.996
     assert not clearly(gains, tried=21)
+    assert clearly([1e-3, 1e-3], tried=0)
+
+
+def test_a_second_part_has_to_bear_out_what_one_shows() -> None:
+    assert clearly([20.0, 1.0, 0.5], tried=5)  # log 5 is 1.609
+    assert not borne_out([20.0, 1.0, 0.5], tried=5)
+    assert borne_out([20.0, 1.0, 0.7], tried=5)
+    assert borne_out([20.0, 1.0])
+    assert not borne_out([2.0, 2.0, -1.0, -3.0]), "it is clear, besides"
+    assert not borne_out([])
 
 
 def test_values_are_summed_by_part_and_parts_without_rows_have_none() -> None:

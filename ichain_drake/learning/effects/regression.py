@@ -16,7 +16,7 @@ from ichain_drake.learning.effects.fitted import Regression, one_way
 from ichain_drake.learning.effects.screening import CubicScreening, RectifiedScreening, Screening, window_means
 from ichain_drake.learning.frozen import FrozenModel, freeze
 from ichain_drake.learning.frozen.polynomial import Polynomial
-from ichain_drake.learning.selection import by_part, clearly
+from ichain_drake.learning.selection import borne_out, by_part, clearly
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
 
@@ -118,7 +118,7 @@ def choose_regression(
     for column, variance in declared.items():
         # Roles are priors: what they declare needs to be likelier than chance, not clear in every part.
         by_both = by_noise + window_means(variance, sample.judge) / length
-        if _gains(sample, best_prediction, x[:, column], by_both).sum() > np.log(1.0 + x.shape[1]):
+        if _window_gains(sample, best_prediction, x[:, column], by_both).sum() > np.log(1.0 + x.shape[1]):
             best_prediction = x[:, column]
             best = _describe(_IDENTITY, sample, (column,), 1, piece)
     taken = best is not None
@@ -128,7 +128,10 @@ def choose_regression(
         tried = (1 + len(estimators)) * x.shape[1] ** max(more, 0)
         for spec in specs:
             prediction = _left_out(spec, sample, columns, fit_length)
-            if prediction is None or not clearly(_gains(sample, best_prediction, prediction, by_noise), tried):
+            if prediction is None:
+                continue
+            gains = _window_gains(sample, best_prediction, prediction, by_noise)
+            if not _is_clear(spec, sample, gains, more, tried):
                 continue
             # A column more is one more that a planner must know: what hardly explains more isn't worth it.
             if best is None or error(prediction) < LEARNING.simpler * error(best_prediction):
@@ -164,8 +167,8 @@ def instrumented(now: FloatArray, earlier: FloatArray) -> FloatArray:
     return middle_now + slope * (earlier - middle)
 
 
-def _gains(sample: _Sample, before: FloatArray, after: FloatArray, by_noise: FloatArray) -> FloatArray:
-    """What a left-out prediction adds to the log-likelihood of each group over another, shape (n_groups,) [nat].
+def _window_gains(sample: _Sample, before: FloatArray, after: FloatArray, by_noise: FloatArray) -> FloatArray:
+    """What a left-out prediction adds to the log-likelihood of each window over another, shape (n_windows,) [nat].
 
     The mean residual of a window of n ticks is normal: readings give it the variance `by_noise`, and what neither
     prediction explains a share of 1 / n.
@@ -174,14 +177,14 @@ def _gains(sample: _Sample, before: FloatArray, after: FloatArray, by_noise: Flo
     squares = [sample.judged(prediction) ** 2 for prediction in (before, after)]
     left = min(float(np.mean(length * (q - by_noise))) for q in squares)
     variance = by_noise + max(left, 1e-12 * float(np.mean(length * squares[0])), 1e-300) / length
-    return by_part(0.5 * (squares[0] - squares[1]) / variance, sample.group_of(sample.judge))
+    return 0.5 * (squares[0] - squares[1]) / variance
 
 
 def _candidates(
     sample: _Sample, estimators: Sequence[EstimatorSpec], preferred: NDArray[np.bool_]
 ) -> list[tuple[tuple[int, ...], int, Sequence[EstimatorSpec | None]]]:
     """Columns, window length to fit at, and how to fit; the simplest first."""
-    out: list[tuple[tuple[int, ...], int, Sequence[EstimatorSpec | None]]] = [((), n, (None,)) for n in sample.windows]
+    out: list[tuple[tuple[int, ...], int, Sequence[EstimatorSpec | None]]] = [((), 1, (None,))]
     rectified = [e for e in estimators if e.name == "rectified_linear"]
     smooth = [e for e in estimators if e.name != "rectified_linear"]
     sets = _column_sets(sample, preferred)
@@ -221,19 +224,39 @@ def _left_out(
     spec: EstimatorSpec | None, sample: _Sample, columns: tuple[int, ...], fit_length: int
 ) -> FloatArray | None:
     """Prediction of every row by a fit that has not seen its group, shape (n,)."""
+    if spec is None:
+        return _left_out_mean(sample)
     marks = sample.windows[fit_length]
     x, y = window_means(sample.x[:, list(columns)], marks), window_means(sample.y, marks)
     group = sample.group_of(marks)
     out = np.empty(len(sample.y))
     for g in np.unique(sample.group):
         train, test = group != g, sample.group == g
-        if spec is None:
-            out[test] = np.mean(y[train])
-            continue
         model = _fitted(spec, x[train], y[train])
         if model is None:
             return None
         out[test] = model.batch(sample.x[test][:, list(columns)])[:, 0]
+    return out
+
+
+def _is_clear(spec: EstimatorSpec | None, sample: _Sample, gains: FloatArray, more: int, tried: int) -> bool:
+    """Whether gains of windows, shape (n_windows,), speak for an estimator, with so many more columns than before."""
+    if spec is None:
+        return clearly(gains, tried)  # a mean has no column, of which a group's values could be taken for the group
+    groups = by_part(gains, sample.group_of(sample.judge))
+    # The rows beyond a threshold, which tell it, may well be of one group.
+    return (borne_out if more > 0 and spec.name != "rectified_linear" else clearly)(groups, tried)
+
+
+def _left_out_mean(sample: _Sample) -> FloatArray:
+    """The mean change of all rows but those of the same window, for every row, shape (n,).
+
+    No more need be left out of what no column tells apart.
+    """
+    out, total, count = np.zeros(len(sample.y)), float(sample.y.sum()), len(sample.y)
+    for a, b in sample.judge:
+        if b - a < count:
+            out[a:b] = (total - float(sample.y[a:b].sum())) / (count - (b - a))
     return out
 
 
@@ -274,7 +297,7 @@ def _only_way(sample: _Sample, prediction: FloatArray, by_noise: FloatArray) -> 
     A fit that is not linear bends to either side of no change, also where nothing was shown: a vessel that only ever
     lost something would fill itself.
     """
-    gains = {s: float(_gains(sample, prediction, one_way(prediction, s), by_noise).sum()) for s in (1, -1)}
+    gains = {s: float(_window_gains(sample, prediction, one_way(prediction, s), by_noise).sum()) for s in (1, -1)}
     way = max(gains, key=gains.__getitem__)
     return way if gains[way] >= -LEARNING.surprise * len(prediction) else 0
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ichain_drake.learning.selection import by_part, clearly, least_slip, log_probability
+from ichain_drake.learning.selection import borne_out, by_part, clearly, least_slip, log_probability
 from ichain_drake.learning.status.box import BoxClassifier
 from ichain_drake.learning.status.inputs import StatusInput
 from ichain_drake.state import BoolArray, FloatArray
@@ -107,7 +107,7 @@ class InputChoice:
             gains: what it adds to the log-likelihood of each piece, shape (n_pieces,).
             tried: how many inputs it was picked from.
         """
-        return clearly(gains, tried) and self._pays(float(gains.sum()))
+        return borne_out(gains, tried) and self._pays(float(gains.sum()))
 
     def _pays(self, gain: float) -> bool:
         """Whether a gain is more than one wrong flag would make up."""

@@ -16,10 +16,11 @@ from ichain_drake.learning.effects.regression import (
     _column_sets,
     _dead_band,
     _fitted,
-    _gains,
+    _left_out_mean,
     _only_way,
     _rectified_columns,
     _Sample,
+    _window_gains,
     choose_regression,
     instrumented,
 )
@@ -172,12 +173,39 @@ def test_what_a_prediction_adds_is_the_likelihood_of_mean_residuals_window_by_wi
     left = min(np.mean(n * (m**2 - by_noise)) for m in means)
     assert left > 0
     each = 0.5 * (means[0] ** 2 - means[1] ** 2) / (by_noise + left / n)
-    expected = [sum(e for e, (a, _) in zip(each, made.judge, strict=True) if made.group[a] == g) for g in range(3)]
-    np.testing.assert_allclose(_gains(made, before, after, by_noise), expected)
+    np.testing.assert_allclose(_window_gains(made, before, after, by_noise), each)
     loud = np.full(len(n), 50.0)  # more than all that is left
     np.testing.assert_allclose(
-        _gains(made, before, after, loud).sum(), (0.5 * (means[0] ** 2 - means[1] ** 2) / 50.0).sum(), rtol=1e-6
+        _window_gains(made, before, after, loud).sum(), (0.5 * (means[0] ** 2 - means[1] ** 2) / 50.0).sum(), rtol=1e-6
     )
+
+
+def test_of_a_mean_a_window_is_left_out_at_a_time() -> None:
+    rng = np.random.default_rng(5)
+    y = rng.normal(size=36)
+    made = sample(y, window=5)
+    out = _left_out_mean(made)
+    for a, b in made.judge:
+        np.testing.assert_allclose(out[a:b], np.delete(y, np.arange(a, b)).mean())
+    one = _Sample(np.zeros((4, 1)), y[:4], np.zeros(4, dtype=int), {1: []}, [(0, 4)])
+    np.testing.assert_array_equal(_left_out_mean(one), 0.0)
+
+
+@pytest.mark.parametrize("seed", [0, 11, 30, 76, 94])
+def test_a_slow_constant_change_is_no_function_of_what_differs_between_three_pieces(seed: int) -> None:
+    """About as large as a reading's noise; one piece is long, one is of two ticks at a time, all at levels of their own."""
+    rng = np.random.default_rng(seed)
+    stretches = [(0, 7), *[(1, 2)] * 6, (2, 38)]
+    piece = np.concatenate([np.full(n, k) for k, n in stretches])
+    row = np.concatenate([np.arange(7), *(5 * k + np.arange(2) for k in range(6)), np.arange(38)])
+    y = np.concatenate([0.005 + np.diff(NOISE * rng.normal(size=n + 1)) for _, n in stretches])
+    starts = rng.uniform(size=2).tolist() + [float(rng.uniform(0.0, 0.5))]
+    level = np.concatenate([start + 0.005 * np.arange(n) for start, n in zip(starts, (7, 12, 38), strict=True)])
+    ofs = [rng.uniform(size=3)[piece], rng.uniform(size=3)[piece] + 0.01 * rng.normal(size=57)]
+    x = np.column_stack([level + NOISE * rng.normal(size=57), *ofs])
+    found = choose_regression(x, y, piece, row, ESTIMATORS, 12, np.zeros(3, dtype=bool), NOISE)
+    assert found is not None
+    assert found.columns == ()
 
 
 @pytest.mark.parametrize(("up", "down", "way"), [(1.0, 0.0, 1), (0.0, 1.0, -1), (1.0, 1.0, 0)])
@@ -281,9 +309,9 @@ def test_readings_noise_is_that_of_a_mean_change_or_of_a_reading_where_nothing_i
 
     def gains(sample: _Sample, before: np.ndarray, after: np.ndarray, by_noise: np.ndarray) -> np.ndarray:
         noises.append((by_noise, np.array([b - a for a, b in sample.judge], dtype=float)))
-        return np.zeros(3)
+        return np.zeros(len(by_noise))
 
-    monkeypatch.setattr(regression, "_gains", gains)
+    monkeypatch.setattr(regression, "_window_gains", gains)
     x, _ = columns(8)
     assert choose_regression(x, x[:, 0], PIECE, ROW, ESTIMATORS, window, np.zeros(6, dtype=bool), 0.01) is None
     by_noise, length = noises[0]
