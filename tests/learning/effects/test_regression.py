@@ -193,7 +193,7 @@ def test_of_a_mean_a_window_is_left_out_at_a_time() -> None:
 
 @pytest.mark.parametrize("seed", [0, 11, 30, 76, 94])
 def test_a_slow_constant_change_is_no_function_of_what_differs_between_three_pieces(seed: int) -> None:
-    """About as large as a reading's noise; one piece is long, one is of two ticks at a time, all at levels of their own."""
+    """It is as large as a reading's noise; one piece is long, one of two ticks at a time, each at its own level."""
     rng = np.random.default_rng(seed)
     stretches = [(0, 7), *[(1, 2)] * 6, (2, 38)]
     piece = np.concatenate([np.full(n, k) for k, n in stretches])
