@@ -17,7 +17,6 @@ from ichain_drake.control.planning.plan import Condition, Goal, PlanStep
 from ichain_drake.learning.model import InteractionModel
 
 _LEAST = 1e-3  # probability: less is known to no model here, and would make costs infinite
-_TRIES = 2
 
 
 def success_probability(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
@@ -33,7 +32,7 @@ def success_probability(model: InteractionModel, goal: Goal, steps: Sequence[Pla
         steps: of the plan.
     """
     tried = [*(s.probability for s in steps), goal_probability(model, goal, steps)]
-    return math.prod(1.0 - (1.0 - p) ** _TRIES for p in tried)
+    return math.prod(p + (1.0 - p) * p for p in tried)
 
 
 def goal_probability(model: InteractionModel, goal: Goal, steps: Sequence[PlanStep]) -> float:
