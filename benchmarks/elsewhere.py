@@ -3,7 +3,8 @@
 Every trial has demonstrations of its own, at the ordinary places. Then either two things stand elsewhere together (a
 bottle and a kettle; a dispenser and a cup), moved by up to 15 cm and turned by up to 40 degrees about the middle
 between them, or one stands alone 15 cm or more from any place at which a demonstration had it. Places are drawn at
-random, within the hand's reach, and off what else stands there. The system's own goal is planned and carried out.
+random, within the hand's reach, and off what else stands there and the edge of the plate that the kettle heats on. The
+system's own goal is planned and carried out.
 """
 
 from __future__ import annotations
@@ -32,9 +33,11 @@ MOVED, TURNED, ALONE = 0.15, math.radians(40.0), 0.15
 """At most [m], at most [rad]; at least [m]."""
 REACH = ((0.34, 0.79), (-0.42, 0.35))
 """Where a vessel can be taken, x and y in the robot's frame [m]."""
+PLATE, ON, OFF = (0.735, 0.13), 0.03, 0.14
+"""Middle of what a kettle stands on, and how near to it, or far from it, a kettle doesn't tip over its edge [m]."""
 PAIRS = {"kettle": ("bottle", "kettle"), "water_dispenser": ("cup", "machine")}
 STANDING = {  # what nothing may be put on: middle and how far from it, in the robot's frame [m]
-    "kettle": {"switch": ((0.5, 0.22), 0.14), "kettle": ((0.735, 0.13), 0.14)},
+    "kettle": {"switch": ((0.5, 0.22), 0.14), "kettle": (PLATE, OFF)},
     "water_dispenser": {"buttons": ((0.5, 0.22), 0.14), "machine": (MIDDLE, 0.17)},
 }
 Row = dict[str, Any]
@@ -56,6 +59,8 @@ def together(scenario: Any, rng: np.random.Generator) -> list[str]:
         new = [middle + way + turn @ (p - middle) for p in old]
         taken = [*new[:-1], new[-1] + turn @ (np.array(LAYOUT.outlet[:2]) - MIDDLE)] if "machine" in pair else new
         clear = min(float(np.linalg.norm(p - fixed)) for p in new) > away
+        if "kettle" in pair:
+            clear = clear and not ON < float(np.linalg.norm(new[-1] - PLATE)) < OFF
         if np.linalg.norm(way) <= MOVED and clear and reachable(*taken):
             out = [
                 f"start.{name}={p.round(4).tolist()}" for name, p in zip(pair, new, strict=True) if name != "machine"
