@@ -19,8 +19,10 @@ from ichain_drake.control.planning.optimal import OptimalSearch
 from ichain_drake.control.planning.plan import Condition, Goal, NoPlan, Plan, States
 from ichain_drake.control.planning.repertoire import find_repertoire
 from ichain_drake.control.planning.risk import plan_cost, success_probability
-from ichain_drake.control.planning.search import Search, SearchSettings, Side
+from ichain_drake.control.planning.search import Search
 from ichain_drake.control.planning.search_node import SearchNode
+from ichain_drake.control.planning.search_settings import SearchSettings
+from ichain_drake.control.planning.side import Side
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.state import FloatArray

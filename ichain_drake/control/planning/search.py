@@ -7,7 +7,7 @@ those first that are new and meet much of the goal, and the plan found is one of
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import networkx as nx
 import numpy as np
@@ -17,7 +17,6 @@ from ichain_drake.control.planning.drive_option import DriveOption
 from ichain_drake.control.planning.experience import Record, expected_ticks
 from ichain_drake.control.planning.failure import Nearest
 from ichain_drake.control.planning.failure_tree import failure_tree
-from ichain_drake.control.planning.frames import Frames
 from ichain_drake.control.planning.goals import inside, value_of
 from ichain_drake.control.planning.heuristics import Alike, Landmarks, unmet_conditions
 from ichain_drake.control.planning.holding import can_hold, hold_margin, hold_probability
@@ -25,59 +24,16 @@ from ichain_drake.control.planning.letting_go import in_hand, stays
 from ichain_drake.control.planning.model import Batch, row, stack, take
 from ichain_drake.control.planning.places import carry_targets, wanted_place
 from ichain_drake.control.planning.plan import Goal, NoPlan, PlanStep
-from ichain_drake.control.planning.repertoire import Repertoire
 from ichain_drake.control.planning.risk import step_cost
 from ichain_drake.control.planning.search_node import SearchNode, cheaper, mark_of
+from ichain_drake.control.planning.search_settings import SearchSettings
+from ichain_drake.control.planning.side import Side
 from ichain_drake.control.planning.simulate import Outcome, settle, simulate
-from ichain_drake.control.planning.travel import parked_state
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
-
-
-@dataclass(frozen=True)
-class SearchSettings:
-    """How far a search goes.
-
-    Attributes:
-        width: states that are expanded at a time.
-        steps: of a plan at most.
-        expansions: states that are expanded at most.
-        optimal: whether a plan of least expected time is sought, below the one that is found so; takes long.
-        most: states that are expanded at most for that.
-    """
-
-    width: int = 48
-    steps: int = 24
-    expansions: int = 240
-    optimal: bool = False
-    most: int = 20_000
-
-
-class Side:
-    """What one of the robots can do, the others staying as they are.
-
-    Args:
-        model: the learned graph as this robot sees it (`InteractionModel.acting`).
-        options: what it can do.
-        start: states, shape (n_variables,) each.
-        touching: interactions of robots that are active at the start.
-    """
-
-    def __init__(
-        self,
-        model: InteractionModel,
-        options: Repertoire,
-        start: Mapping[str, FloatArray],
-        touching: Sequence[Interaction] = (),
-    ) -> None:
-        self.model, self.options, self.robot = model, options, model.graph.root
-        self.frames = Frames(model)
-        self.touching = tuple(e for e in touching if e.parent == self.robot)
-        self.parked = parked_state(model, start) if self.touching else start[self.robot]
-        self.holds = options.holds
 
 
 class Search:

@@ -12,8 +12,10 @@ from winding import SHADE_START, shade
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.plan import Condition, NoPlan, PlanStep, States
 from ichain_drake.control.planning.repertoire import find_repertoire
-from ichain_drake.control.planning.search import Search, SearchSettings, Side
+from ichain_drake.control.planning.search import Search
 from ichain_drake.control.planning.search_node import SearchNode
+from ichain_drake.control.planning.search_settings import SearchSettings
+from ichain_drake.control.planning.side import Side
 from ichain_drake.control.planning.simulate import Outcome
 from ichain_drake.control.settings import PLANNING
 from ichain_drake.graph import Interaction, InteractionGraph
