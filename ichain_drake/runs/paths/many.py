@@ -91,7 +91,7 @@ def _many(
             together, why = [], f"{type(error).__name__}: {error}"
             warnings.warn(f"runs are calculated one by one: together they end in {why}", stacklevel=4)
         if together and _same(together[_CHECKED], known[_CHECKED]):
-            known = dict(enumerate(together)) | known
+            known = {**dict(enumerate(together)), **known}
     return [known[k] if k in known else _tried(alone, scenario) for k, scenario in enumerate(scenarios)]
 
 
