@@ -34,7 +34,7 @@ STAYS = {
     },
     "memory and speed": {
         "learning/alike.py": {"_COPIES"},
-        "learning/frozen/kernel.py": {"_ROWS", "_TABLES", "_KEPT"},
+        "learning/frozen/kernel.py": {"_ROWS", "_TABLES"},
         "learning/frozen/neighbours.py": {"_ROWS"},
     },
     "mathematics": {

@@ -53,6 +53,7 @@ class Monomials:
         for j, row in enumerate(order):
             factors = [i + 1 for i, k in enumerate(row) for _ in range(k)]
             self._slots[: len(factors), j] = factors
+        self._plain = self.degree == 1 and len(order) == n_in + 1  # the constant and every variable
 
     def __len__(self) -> int:
         return len(self.exponents)
@@ -66,6 +67,10 @@ class Monomials:
 
     def batch(self, z: FloatArray) -> FloatArray:
         """Evaluate at rows, (..., n_in) -> (..., n_monomials)."""
+        if self._plain:
+            result = np.ones((*z.shape[:-1], z.shape[-1] + 1))
+            result[..., 1:] = z
+            return result
         padded = np.ones((z.shape[-1] + 1, *z.shape[:-1]))
         padded[1:] = np.moveaxis(z, -1, 0)
         product = padded[self._slots[0]]

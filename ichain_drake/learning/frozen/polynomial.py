@@ -88,6 +88,9 @@ class Polynomial(FrozenModel):
         return m @ self._weights_t, m
 
     def _jacobians(self, notes: Sequence[FloatArray]) -> FloatArray:
+        if self.monomials.degree == 1:  # the same everywhere
+            shape = (len(notes), *notes[0].shape[:-1], self.n_out, self.n_in)
+            return np.array(np.broadcast_to(self._slopes.reshape(self.n_out, self.n_in), shape))
         slopes = np.array(notes)[..., : self.monomials.n_lower] @ self._slopes.T
         return slopes.reshape(*slopes.shape[:-1], self.n_out, self.n_in)
 
