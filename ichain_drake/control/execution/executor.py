@@ -20,11 +20,11 @@ from ichain_drake.control.execution.detour import Blocked, Detour, places, stopp
 from ichain_drake.control.execution.driving import Approach
 from ichain_drake.control.execution.following import goes_along, strays
 from ichain_drake.control.execution.keep import Keep
-from ichain_drake.control.execution.laying_out import carry_tasks, indices, step_tasks, way_back
+from ichain_drake.control.execution.laying_out import step_tasks
 from ichain_drake.control.execution.memory import ExecutorSettings, Memory, Resting
 from ichain_drake.control.execution.monitoring import asked, deviation, gone, undriven, unmet
+from ichain_drake.control.execution.putting_right import put_right
 from ichain_drake.control.execution.switching import Switch
-from ichain_drake.control.execution.taking_back import TakeBack
 from ichain_drake.control.execution.tasks import Answer, Failed, Look, Mode, Task, View
 from ichain_drake.control.planning.experience import Contradiction, Experience
 from ichain_drake.control.planning.plan import Goal, NoPlan, Plan, States
@@ -317,7 +317,7 @@ class Executor:
         memory.tasks = [Look(None, LEARNING.look)]
 
     def _failed(self, memory: Memory, failure: Failed) -> None:
-        """Put down what can't be brought where it should go, let go of what is not carried, and plan anew."""
+        """Put right what can be, and plan anew."""
         if memory.giving_up is not None:
             self._last_look(memory)
             return
@@ -338,22 +338,8 @@ class Executor:
             return
         if unforeseen:
             self._beware(memory, failure.edge)
-        if step is None:
-            return
-        edge = step.chain[0]
-        carries = bool(step.after or step.before or step.until is None)
-        back: list[Task] = []
-        if carries and failure.cause != "lost" and view.holds(edge):
-            if failure.cause == "reach":  # what is held over nothing would fall
-                back = way_back(self._own(memory), step, dict(enumerate(origin)))
-            elif failure.cause != "carry" and step.before:
-                back = carry_tasks(self._own(memory), edge, indices(self.model, step.before, edge), place_first=False)
-        elif failure.cause != "deactivation":
-            # Where there was no way to what should be switched, there is nothing to let go of, nor a way away from it.
-            back = [Switch(edge, activate=False, forced=failure.cause != "reach")]
-            if failure.cause == "lost" and origin and enabled("take_back"):  # it may only be caught on something
-                back.insert(0, TakeBack(edge, steps=way_back(self._own(memory), step, dict(enumerate(origin)))[:-1]))
-        memory.tasks = [*back, *memory.tasks]
+        if step is not None:
+            memory.tasks = [*put_right(self._own(memory), view, step, failure, origin), *memory.tasks]
 
     def _beware(self, memory: Memory, edge: Interaction) -> None:
         """From now on plan for an interaction only what is like what was shown of it, if that says any more."""
