@@ -43,7 +43,11 @@ class PathWatch:
         Returns:
             Whether the run is over.
         """
-        self.progress = path.advance(position, last, TRACKING.search * TICK)
+        return self.see_at(path.advance(position, last, TRACKING.search * TICK), position, passed, path)
+
+    def see_at(self, progress: int, position: FloatArray, passed: FloatArray, path: TimedPath) -> bool:
+        """`see` of whoever knows already which point of the path has been reached, by its index."""
+        self.progress = progress
         self.arrival.see(passed, path, self.progress)
         self.lost = bool(np.linalg.norm(path.points[self.progress] - position) > self._lost_at)
         return self.arrival.arrived or self.arrival.past or self.lost

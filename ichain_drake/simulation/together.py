@@ -45,21 +45,23 @@ def follow_path_together(
     watches = [PathWatch(path) for _ in worlds]
     allowed = watches[0].allowed
     log = _Logs(len(worlds), allowed, world.states, controller.initial_command)
-    running, progress = np.arange(len(worlds)), np.zeros(len(worlds), dtype=np.intp)
+    running, search = np.arange(len(worlds)), TRACKING.search * TICK
     memory = np.zeros((len(worlds), controller.policy.memory_size))
     ahead = TICK * np.arange(1, controller.policy.lookahead + 1)
     position = world.measured(commander.followed)[:, targets]
+    progress = path.advance_rows(position, np.zeros(len(worlds), dtype=np.intp), search)
     for tick in range(allowed):
-        progress = path.advance_rows(position, progress, TRACKING.search * TICK)
+        first = tick * FRAMES_PER_TICK
         wanted = path.at_time(path.time[progress][:, None] + ahead)
         states = [world.states[o] if o in truth else world.measured(o) for o in controller.reads]
         command, memory, _ = policy.decide(states, wanted, memory)
         log.add(running, tick, world.tick(command), command)
         position = world.measured(commander.followed)[:, targets]
+        progress = path.advance_rows(position, progress, search)
+        passed = log.states[commander.followed][running, first : first + FRAMES_PER_TICK + 1][..., true_targets]
         on = np.ones(len(running), dtype=bool)
         for k, run in enumerate(running):
-            passed = log.states[commander.followed][run, tick * FRAMES_PER_TICK :][: FRAMES_PER_TICK + 1]
-            on[k] = not watches[run].see(position[k], passed[:, true_targets], path, int(progress[k]))
+            on[k] = not watches[run].see_at(int(progress[k]), position[k], passed[k], path)
         running, progress, memory, position = running[on], progress[on], memory[on], position[on]
         if not len(running):
             break

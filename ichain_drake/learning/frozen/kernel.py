@@ -12,7 +12,7 @@ from ichain_drake.learning.frozen.model import FrozenModel
 from ichain_drake.learning.frozen.scaling import FloatArray
 
 _ROWS = 256  # rows evaluated at once: bounds the memory of a large batch
-_TABLES = 8  # tables of two rows evaluated at once: the bumps of more would not stay in the processor's cache
+_TABLES = 16  # tables of two rows evaluated at once: the bumps of more would not stay in the processor's cache
 
 
 @dataclass(eq=False, kw_only=True)

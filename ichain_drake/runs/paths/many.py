@@ -32,6 +32,8 @@ Found = PathResult | Exception
 
 _FEW = 4
 """Fewer runs take as long together as one after another; one of them is run alone in any case."""
+_CHECKED = 1
+"""Which: not the first, whose row is the first of a matrix product, as that of a run alone is."""
 
 
 def follow_many(
@@ -73,9 +75,9 @@ def _many(
     commander: Callable[[World], PathController],
     truth: tuple[str, ...] = (),
 ) -> list[Found]:
-    first, *others = scenarios
-    found = [_tried(alone, first)]
+    first, known = scenarios[0], dict[int, Found]()
     if len(scenarios) >= _FEW and first.physics == "ideal" and present_watcher() is None:
+        known[_CHECKED] = _tried(alone, scenarios[_CHECKED])
         try:
             worlds = [scenario.make_world(path, number) for scenario in scenarios]
             runs = follow_path_together(worlds, commander(worlds[0]), truth)
@@ -88,9 +90,9 @@ def _many(
         except Exception as error:  # whatever it is, of a user's own object for instance: each run alone will show it
             together, why = [], f"{type(error).__name__}: {error}"
             warnings.warn(f"runs are calculated one by one: together they end in {why}", stacklevel=4)
-        if together and _same(together[0], found[0]):
-            return found + together[1:]
-    return found + [_tried(alone, scenario) for scenario in others]
+        if together and _same(together[_CHECKED], known[_CHECKED]):
+            known = {**dict(enumerate(together)), **known}
+    return [known[k] if k in known else _tried(alone, scenario) for k, scenario in enumerate(scenarios)]
 
 
 def _tried(alone: Callable[[PathScenario], PathResult], scenario: PathScenario) -> Found:

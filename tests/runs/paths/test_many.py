@@ -45,7 +45,7 @@ def same(one: Any, other: Any) -> bool:
 
 def test_one_is_run_alone_too_and_the_others_together(alone: list[int]) -> None:
     scenarios, path, found = followed(CarGame, range(20, 24))
-    assert alone == [20]
+    assert alone == [21]
     assert all(same(f, oracle_follow(s, "line", path, 0)) for f, s in zip(found, scenarios, strict=True))
     assert len({f.error for f in found}) == 4
 
@@ -82,13 +82,13 @@ class TabularGame(CarGame):
 
 def test_what_cannot_be_calculated_together_is_run_alone_and_an_error_is_that_of_its_run(alone: list[int]) -> None:
     scenarios, path, found = followed(TabularGame, range(20, 25))
-    assert alone == [20, 21, 22, 23, 24]
+    assert alone == [21, 20, 22, 23, 24]
     assert [str(f) for f in found if isinstance(f, Exception)] == ["no world for this seed"]
     assert isinstance(found[2], InputError)
     assert same(found[4], oracle_follow(scenarios[4], "line", path, 0))
     with pytest.warns(UserWarning, match="one by one: together they end in ValueError: one state, please"):
         scenarios, path, found = followed(TabularGame, range(23, 27))
-    assert alone[5:] == [23, 24, 25, 26]
+    assert alone[5:] == [24, 23, 25, 26]
 
 
 def test_a_bit_that_differs_is_reason_enough(alone: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,10 +96,10 @@ def test_a_bit_that_differs_is_reason_enough(alone: list[int], monkeypatch: pyte
 
     def off(*given: Any) -> Any:
         runs = calculated(*given)
-        states = runs[0][0].states["car"]
+        states = runs[1][0].states["car"]
         states[-1, 0] = np.nextafter(states[-1, 0], np.inf)
         return runs
 
     monkeypatch.setattr(many, "follow_path_together", off)
     followed(CarGame, range(20, 24))
-    assert alone == [20, 21, 22, 23]
+    assert alone == [21, 20, 22, 23]
