@@ -1,7 +1,7 @@
 """A policy that decides for many runs at once, for each to the bits that it decides for that run alone.
 
 A level works element by element, or on a matrix a row; only frozen models put rows together into one matrix product, in
-which BLAS sums in an order that depends on how many there are. Here each row is a product of its own.
+which BLAS sums in an order that depends on how many there are. Here each row is a table of its own.
 """
 
 from __future__ import annotations
