@@ -44,9 +44,9 @@ class Arrival:
         self._farthest[passed] = np.minimum(self._farthest[passed], distance)
         self._before, self._progress = self._progress, progress
         self._near_end = path.near_end(progress)
-        to_end = np.linalg.norm(positions - path.points[-1], axis=1)
-        self._last = float(to_end[-1])
         if self._near_end:
+            to_end = np.linalg.norm(positions - path.points[-1], axis=1)
+            self._last = float(to_end[-1])
             self._end = min(self._end, float(to_end.min()))
 
     @property

@@ -17,6 +17,7 @@ from ichain_drake.errors import InputError
 from ichain_drake.runs.clusters.workers import Say, WorkersGoneError, extra
 
 _TO_CONNECT = 30  # to a scheduler [s]
+_STARTS = 3  # of a cluster on this machine: a worker that is killed while it begins takes the others along
 _QUIET = {
     # A cluster that lives as long as this, and shows no dashboard: nobody looks at what these would tell.
     "distributed.worker.profile.enabled": False,  # samples of every call's stack, a hundred a second
@@ -93,7 +94,7 @@ def dask_cluster(address: str, processes: int, say: Say) -> Iterator[DaskCluster
         say: is told who works.
 
     Raises:
-        InputError: if the scheduler does not answer.
+        InputError: if the scheduler does not answer, or no cluster can be started here.
     """
     distributed = extra("dask")
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it speaks of lost workers, as we do
@@ -107,14 +108,22 @@ def dask_cluster(address: str, processes: int, say: Say) -> Iterator[DaskCluster
             client.wait_for_workers(1)
         else:
             stack.enter_context(distributed.dask.config.set(_QUIET))
+            client = stack.enter_context(distributed.Client(stack.enter_context(_local_cluster(processes))))
+        say(f"{sum(client.ncores().values())} workers of Dask at {client.scheduler.address}", None)
+        yield DaskCluster(client, shares_files=not address)
+
+
+def _local_cluster(processes: int) -> Any:
+    for _ in range(_STARTS):
+        try:
             # No limit of memory: Dask would pause or kill workers by a share that it takes from all there is.
-            cluster = distributed.LocalCluster(
+            return extra("dask").LocalCluster(
                 n_workers=processes, threads_per_worker=1, dashboard_address=None, memory_limit=None,
                 silence_logs=logging.CRITICAL,
             )  # fmt: skip
-            client = stack.enter_context(distributed.Client(stack.enter_context(cluster)))
-        say(f"{sum(client.ncores().values())} workers of Dask at {client.scheduler.address}", None)
-        yield DaskCluster(client, shares_files=not address)
+        except (RuntimeError, OSError) as error:
+            why = _words(error)
+    raise InputError(f"--cluster dask: no cluster can be started on this machine: {why}")
 
 
 def _words(error: BaseException) -> str:

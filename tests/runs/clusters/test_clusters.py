@@ -44,6 +44,27 @@ def test_a_cluster_of_this_machine_is_for_this_machine_alone():
         assert backend.client.scheduler.address.startswith("tcp://127.0.0.1:")
 
 
+def test_a_cluster_of_dask_whose_worker_is_killed_as_it_begins_is_started_again(monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="the extra `dask` is not installed")
+    started, start = [], distributed.LocalCluster
+
+    def killed(**given):
+        started.append(given["n_workers"])
+        if len(started) < at_last:
+            raise RuntimeError("Nanny failed to start.")
+        return start(**given)
+
+    monkeypatch.setattr(distributed, "LocalCluster", killed)
+    at_last = 2
+    with opened(Workers(1, "dask")) as backend:
+        assert list(backend.each(abs, [(-1,)])) == [1]
+    assert started == [1, 1]
+    at_last = 9
+    with pytest.raises(InputError, match="no cluster can be started on this machine: Nanny failed to start"):
+        opened(Workers(1, "dask")).__enter__()
+    assert len(started) == 2 + 3
+
+
 def test_a_worker_that_is_killed_again_and_again_ends_the_evaluation_with_what_was_found(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "_LOSSES", 1)
     (tmp_path / "others are done").touch()
