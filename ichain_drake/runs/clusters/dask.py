@@ -123,7 +123,10 @@ def _local_cluster(processes: int) -> Any:
             )  # fmt: skip
         except (RuntimeError, OSError) as error:
             why = _words(error)
-    raise InputError(f"--cluster dask: no cluster can be started on this machine: {why}")
+    raise InputError(
+        f"--cluster dask: no cluster can be started on this machine: {why} (a script that evaluates needs "
+        "`if __name__ == '__main__':` around what it does)"
+    )
 
 
 def _words(error: BaseException) -> str:
