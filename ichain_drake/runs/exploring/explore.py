@@ -1,0 +1,136 @@
+"""From nothing but declared objects and reach to a graph: pieces that the robot records by itself, the most telling next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from ichain_drake.demonstrations import Demonstration
+from ichain_drake.learning.discovery.edges import DiscoveredGraph, discover_graph
+from ichain_drake.learning.discovery.experiments import Experiment, Question, bits, choose, questions
+from ichain_drake.learning.discovery.labels import raw_piece
+from ichain_drake.runs.exploring.settings import EXPLORING, ExploringSettings
+from ichain_drake.runs.exploring.touching import Reach, Toucher
+from ichain_drake.runs.goals.unlabelled import without_flags
+from ichain_drake.scenarios import build_world
+from ichain_drake.scenarios.base import Progress
+from ichain_drake.scenarios.graph_scenario import FIRST_DEMONSTRATION
+from ichain_drake.simulation.recorder import record
+from ichain_drake.simulation.wiring import start_command
+from ichain_drake.timing import TICK
+
+
+@dataclass
+class Exploration:
+    """What a robot found out by itself, filled as it goes, so that an interrupted one keeps what it has.
+
+    Attributes:
+        scenario: whose world it is in; of its graph, objects and robot alone are looked at.
+        settings: see `ExploringSettings`.
+        pieces: what it recorded, states alone.
+        done: the experiment of each piece.
+        found: the graph, after the last piece.
+        history: a line a piece: what was done, why, and what was known afterwards.
+        reason: why it ended.
+    """
+
+    scenario: Any
+    settings: ExploringSettings = EXPLORING
+    pieces: list[Demonstration] = field(default_factory=list)
+    done: list[Experiment] = field(default_factory=list)
+    found: DiscoveredGraph | None = None
+    history: list[dict[str, Any]] = field(default_factory=list)
+    reason: str = "interrupted"
+
+    @property
+    def known(self) -> bool:
+        """Whether the graph has been the same, and sure, in the last pieces."""
+        last = self.history[-self.settings.pieces :]
+        return (
+            len(last) == self.settings.pieces
+            and all(h["sure"] for h in last)
+            and all(set(h["edges"]) == set(last[-1]["edges"]) for h in last)
+        )
+
+    @property
+    def robot_seconds(self) -> float:
+        """That the robot moved [s]."""
+        return TICK * sum(len(p) - 1 for p in self.pieces)
+
+    def report(self) -> dict[str, Any]:
+        """Plain numbers and texts, ready for JSON."""
+        return {
+            "scenario": self.scenario.name,
+            "physics": self.scenario.physics,
+            "seed": self.scenario.seed,
+            "known": self.known,
+            "reason": self.reason,
+            "pieces": len(self.pieces),
+            "samples": sum(len(p) - 1 for p in self.pieces),
+            "robot_seconds": round(self.robot_seconds, 3),
+            "edges": self.history[-1]["edges"] if self.history else {},
+            "open": [] if self.found is None else [q.text for q in self.open_questions()],
+            "history": self.history,
+        }
+
+    def open_questions(self) -> list[Question]:
+        """Questions whose answer isn't sure, and for which not everything was tried several times."""
+        reach = Reach(self.scenario.graph)
+        every = questions(self.found, [n for n in reach.spaces if n != reach.root], reach.touchable)
+        sure, tries = self.settings.confidence, self.settings.tries
+        return [q for q in every if q.bits > bits(sure) and any(self.done.count(e) < tries for e in q.answers)]
+
+
+def explore(run: Exploration, say: Progress = lambda line: None) -> None:
+    """Try things out until the graph is known or the budget is spent, filling `run`.
+
+    Each piece begins as a run of the system does. Nothing is taken from the scenario but the world, its objects' state
+    spaces, and which of them is the robot.
+
+    Args:
+        run: with the scenario.
+        say: called with a line at each step.
+
+    Raises:
+        InputError: if the robot is no hand, or there are several.
+        RecordingInterrupted: on Ctrl-C; `run` keeps the pieces before.
+    """
+    scenario, settings = run.scenario, run.settings
+    reach = Reach(scenario.graph)
+    objects = [n for n in reach.spaces if n != reach.root]
+    most = int(settings.budget / TICK) // settings.piece
+    with threadpool_limits(limits=1):
+        while len(run.pieces) < most and not run.known:
+            number = len(run.pieces)
+            experiment, why = choose(questions(run.found, objects, reach.touchable), run.done)
+            say(f"piece {number}: {experiment}: {why}")
+            world = build_world(scenario, run=FIRST_DEMONSTRATION + number)
+            toucher = Toucher(reach, experiment, start_command(world), [scenario.seed, number], settings)
+            piece = record(world, toucher, settings.piece, tuple(reach.spaces), f"explored_{number:02d}")
+            run.pieces.append(without_flags(piece))
+            run.done.append(experiment)
+            raw = [raw_piece(p, scenario.graph) for p in run.pieces]
+            run.found = discover_graph(raw, reach.spaces, reach.root)
+            run.history.append(_line(run, experiment, why))
+    run.reason = "the graph is known" if run.known else "the budget is spent"
+
+
+def _line(run: Exploration, experiment: Experiment, why: str) -> dict[str, Any]:
+    """What was done in the last piece, and what is known since."""
+    assert run.found is not None
+    return {
+        "piece": run.pieces[-1].name,
+        "experiment": str(experiment),
+        "why": why,
+        "robot_seconds": round(run.robot_seconds, 3),
+        "sure": not run.open_questions(),
+        "edges": {
+            f.edge.name: {
+                "confidence": round(f.confidence, 4),
+                "rivals": {r.parent: round(r.probability, 4) for r in f.rivals},
+            }
+            for f in run.found.found
+        },
+    }

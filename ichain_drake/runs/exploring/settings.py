@@ -1,0 +1,44 @@
+"""Constants of exploring: how far a hand goes, and when it knows enough."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ichain_drake.settings import setting
+
+
+@dataclass(frozen=True)
+class ExploringSettings:
+    """How a robot tries things out.
+
+    Attributes:
+        confidence: of every interaction, from which on a graph is known.
+        budget: that the robot may spend.
+        piece: length of one.
+        margin: that the hand goes beyond places that were shown.
+        beside: farthest from an object that it closes.
+        near: of that, at every second time.
+        turn: that it turns what it holds, and itself, to either side.
+        along: of the hand's way, from which on an object is taken to go along.
+        drags: ways of what goes along, until it is let go.
+        rest: longest wait at a place.
+        pieces: in which a graph must have been the same, and sure.
+        tries: of each experiment for what never shows.
+    """
+
+    confidence: float = setting(0.95, "probability", above=0.5, below=1)
+    budget: float = setting(600.0, "s", above=0)
+    piece: int = setting(90, "ticks", lower=20)
+    margin: float = setting(0.05, "m", lower=0)
+    beside: float = setting(0.05, "m", above=0)
+    near: float = setting(0.2, "share", lower=0, upper=1)
+    turn: float = setting(0.5, "rad", lower=0)
+    along: float = setting(0.3, "share", above=0, below=1)
+    drags: int = setting(3, "ways", lower=1)
+    rest: int = setting(12, "ticks", lower=1)
+    pieces: int = setting(3, "pieces", lower=1)
+    tries: int = setting(4, "pieces", lower=1)
+
+
+EXPLORING = ExploringSettings()
+"""The ones in force."""
