@@ -84,17 +84,26 @@ def _axes(space: StateSpace) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class _Memory:
-    """What a toucher remembers: commands to be sent, where it stays, which touch it is at, and where that began."""
+    """What a toucher remembers, never changed.
+
+    Attributes:
+        rows: commands to be sent.
+        first: what was measured at the start of the piece.
+        touches: that are over.
+        touched: the object that the hand has closed at and not let go; empty for none.
+        at: where that was [m], by axis.
+        hand: where the hand was, by the same axes.
+    """
 
     rows: tuple[FloatArray, ...] = ()
-    box: Box = field(default_factory=dict)
+    first: Mapping[str, FloatArray] = field(default_factory=dict)
     touches: int = 0
-    held: str = ""
-    closed_at: tuple[float, ...] = ()
-    hand_at: tuple[float, ...] = ()
+    touched: str = ""
+    at: Mapping[str, float] = field(default_factory=dict)
+    hand: Mapping[str, float] = field(default_factory=dict)
 
     def __deepcopy__(self, memo: dict[int, object]) -> _Memory:
-        return self  # never changed; Drake copies abstract state 30 times a second
+        return self  # Drake copies abstract state 30 times a second
 
 
 class Toucher(TickSystem):
@@ -142,25 +151,31 @@ class Toucher(TickSystem):
         slot.set_value(replace(memory, rows=memory.rows[1:]))
 
     def _laid_out(self, memory: _Memory, seen: Mapping[str, FloatArray], now: FloatArray) -> _Memory:
-        hand = HandCommands(self._reach.hand.names, now)
-        box = memory.box or self._reach.box(seen, self._settings.margin)
+        reach, hand = self._reach, HandCommands(self._reach.hand.names, now)
+        first = memory.first or seen
+        box = reach.box(first, self._settings.margin)
         draw = self._draws[memory.touches % len(self._draws)].reshape(-1, self._columns)
+        over = _Memory((), first, memory.touches + 1)
         if not self._experiment.touched:
             for row in draw[1:]:
                 self._way(hand, box, row)
-            return _Memory(tuple(hand.commands), box, memory.touches + 1)
-        if memory.held:
+        elif memory.touched:
             if self._goes_along(memory, seen, now):
                 for row in draw[2:-1]:
-                    self._way(hand, self._range(memory.held, seen, box), row, turning=True)
+                    self._way(hand, self._range(memory.touched, seen, box), row, turning=True)
+                if draw[0, -1] < self._settings.back:
+                    was = reach.place(memory.touched, first[memory.touched])
+                    hand.to(**{axis: was[axis] + memory.hand[axis] - memory.at[axis] for axis in was}, **self._level())
             self._way(hand.grip(False), box, draw[-1])
-            return _Memory(tuple(hand.commands), box, memory.touches + 1)
-        name = self._experiment.touched[memory.touches % len(self._experiment.touched)]
-        self._close(hand, name, seen, box, draw[0], near=(memory.touches // len(self._experiment.touched)) % 2 == 0)
-        place = tuple(self._reach.place(name, seen[name]).values())
-        there = tuple(hand.now[self._reach.axes[a]] for a in self._reach.place(name, seen[name]))
-        self._way(hand, self._range(name, seen, box), draw[1])
-        return _Memory(tuple(hand.commands), box, memory.touches, name, place, there)
+        else:
+            several = self._experiment.touched
+            name = several[memory.touches % len(several)]
+            self._close(hand, name, seen, box, draw[0], near=(memory.touches // len(several)) % 2 == 0)
+            at = reach.place(name, seen[name])
+            closed = {axis: float(hand.now[reach.axes[axis]]) for axis in at}
+            self._way(hand, self._range(name, seen, box), draw[1])
+            over = _Memory((), first, memory.touches, name, at, closed)
+        return replace(over, rows=tuple(hand.commands))
 
     def _close(
         self,
@@ -177,12 +192,12 @@ class Toucher(TickSystem):
         for k, (axis, (low, high)) in enumerate(box.items()):
             off = self._settings.beside * (self._settings.near if near else 1.0) * (2.0 * draw[k] - 1.0)
             goal[axis] = float(np.clip(place[axis] + off, low, high)) if axis in place else low + (high - low) * draw[k]
-        hand.to(**goal).grip(True).wait(1 + int(draw[-1] * self._settings.rest) // 2)
+        hand.to(**goal, **self._level()).grip(True).wait(1 + int(draw[-1] * self._settings.rest) // 2)
 
     def _goes_along(self, memory: _Memory, seen: Mapping[str, FloatArray], now: FloatArray) -> bool:
-        place = self._reach.place(memory.held, seen[memory.held])
-        moved = np.linalg.norm(np.array(list(place.values())) - memory.closed_at)
-        went = np.linalg.norm([now[self._reach.axes[a]] - b for a, b in zip(place, memory.hand_at, strict=True)])
+        place = self._reach.place(memory.touched, seen[memory.touched])
+        moved = np.linalg.norm([place[axis] - was for axis, was in memory.at.items()])
+        went = np.linalg.norm([now[self._reach.axes[axis]] - was for axis, was in memory.hand.items()])
         return bool(moved > self._settings.along * went)
 
     def _range(self, name: str, seen: Mapping[str, FloatArray], box: Box) -> dict[str, tuple[float, float]]:
@@ -199,6 +214,12 @@ class Toucher(TickSystem):
     def _way(self, hand: HandCommands, box: Box, draw: FloatArray, *, turning: bool = False) -> None:
         """To a place, turned or upright, and wait there."""
         goal = {axis: low + (high - low) * draw[k] for k, (axis, (low, high)) in enumerate(box.items())}
-        for k, name in enumerate(self._reach.turns, start=len(box)):
-            goal[name] = self._upright[name] + turning * self._settings.turn * (2.0 * draw[k] - 1.0)
-        hand.to(**goal).wait(int(draw[-1] * (self._settings.rest + 1)))
+        turns = self._level()
+        if turning:
+            for k, name in enumerate(turns, start=len(box)):
+                turns[name] += self._settings.turn * (2.0 * draw[k] - 1.0)
+        hand.to(**goal, **turns).wait(int(draw[-1] * (self._settings.rest + 1)))
+
+    def _level(self) -> dict[str, float]:
+        """How the hand was turned at the start."""
+        return {name: self._upright[name] for name in self._reach.turns}
