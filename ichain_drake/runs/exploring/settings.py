@@ -21,8 +21,8 @@ class ExploringSettings:
         turn: that it turns what it holds, and itself, to either side.
         along: of the hand's way, from which on an object is taken to go along.
         drags: ways of what goes along, until it is let go.
-        back: share of times that what was moved is put back before it is let go: most of the time things are as the
-            robot found them, and it sees what goes on by itself.
+        left: of so many touches of one object, that which leaves it where it was moved to; after the others it is put
+            back, so that things mostly are as the robot found them, and it sees what goes on by itself.
         rest: longest wait at a place.
         pieces: in which a graph must have been the same, and sure.
         tries: of each experiment for what never shows.
@@ -37,7 +37,7 @@ class ExploringSettings:
     turn: float = setting(0.5, "rad", lower=0)
     along: float = setting(0.3, "share", above=0, below=1)
     drags: int = setting(3, "ways", lower=1)
-    back: float = setting(0.5, "share", lower=0, upper=1)
+    left: int = setting(4, "touches", lower=1)
     rest: int = setting(12, "ticks", lower=1)
     pieces: int = setting(3, "pieces", lower=1)
     tries: int = setting(4, "pieces", lower=1)

@@ -156,6 +156,8 @@ class Toucher(TickSystem):
         box = reach.box(first, self._settings.margin)
         draw = self._draws[memory.touches % len(self._draws)].reshape(-1, self._columns)
         over = _Memory((), first, memory.touches + 1)
+        if not memory.first:  # at first it only looks: what goes on by itself is no effect
+            return _Memory((now,) * self._settings.rest, seen)
         if not self._experiment.touched:
             for row in draw[1:]:
                 self._way(hand, box, row)
@@ -163,7 +165,7 @@ class Toucher(TickSystem):
             if self._goes_along(memory, seen, now):
                 for row in draw[2:-1]:
                     self._way(hand, self._range(memory.touched, seen, box), row, turning=True)
-                if draw[0, -1] < self._settings.back:
+                if not self._left(memory.touches):
                     was = reach.place(memory.touched, first[memory.touched])
                     hand.to(**{axis: was[axis] + memory.hand[axis] - memory.at[axis] for axis in was}, **self._level())
             self._way(hand.grip(False), box, draw[-1])
@@ -176,6 +178,10 @@ class Toucher(TickSystem):
             self._way(hand, self._range(name, seen, box), draw[1])
             over = _Memory((), first, memory.touches, name, at, closed)
         return replace(over, rows=tuple(hand.commands))
+
+    def _left(self, touches: int) -> bool:
+        """Whether what is moved is left there; where several are touched in turn, that is what it is about."""
+        return len(self._experiment.touched) > 1 or touches % self._settings.left == self._settings.left // 2
 
     def _close(
         self,
