@@ -48,24 +48,28 @@ def questions(found: DiscoveredGraph | None, objects: Sequence[str], reached: Co
         objects: all but the robot.
         reached: those that the robot can touch.
     """
-    alone = tuple(Experiment((n,)) for n in objects if n in reached) or (Experiment(),)
+    able = [n for n in objects if n in reached]
+    singles = [Experiment((n,)) for n in able]
+    pairs = [Experiment((a, b)) for k, a in enumerate(able) for b in able[k + 1 :]]
+    every = (*singles, *pairs) or (Experiment(),)
     edges = () if found is None else found.found
     explained = {f.edge.child for f in edges}
-    out = [
-        Question(f"what acts on {n}?", 1.0, (Experiment((n,)),) if n in reached else alone)
-        for n in objects
-        if n not in explained
-    ]
+
+    def about(*names: str) -> tuple[Experiment, ...]:
+        """Experiments that move some objects, by themselves or through others: all of them, if they can be moved."""
+        moved = {d for n in names if (d := _driver(n, found, reached))}
+        if len(moved) > 1:
+            return tuple(e for e in pairs if moved >= set(e.touched))
+        return tuple(e for e in every if moved <= set(e.touched))
+
+    out = [Question(f"what acts on {n}?", 1.0, every) for n in objects if n not in explained]
     for f in edges:
-        driver = _driver(f.edge.parent, found, reached) or _driver(f.edge.child, found, reached)
-        own = (Experiment((driver,)),) if driver else alone
-        out.append(Question(f"does {f.edge.parent} act on {f.edge.child}?", bits(f.confidence), own))
+        parent, child = f.edge.parent, f.edge.child
+        out.append(Question(f"does {parent} act on {child}?", bits(f.confidence), about(parent) or every))
         for rival in f.rivals:
             # Of two causes each is moved while the other stays as it was left. The robot itself stays out by leaving.
-            other = _driver(rival.parent, found, reached)
-            several = tuple(dict.fromkeys(d for d in (driver, other) if d))
-            text = f"is it {f.edge.parent} or {rival.parent} that acts on {f.edge.child}?"
-            out.append(Question(text, bits(rival.probability), (Experiment(several),) if several else alone))
+            text = f"is it {parent} or {rival.parent} that acts on {child}?"
+            out.append(Question(text, bits(rival.probability), about(parent, rival.parent)))
     return out
 
 

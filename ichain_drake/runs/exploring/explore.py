@@ -1,4 +1,4 @@
-"""From nothing but declared objects and reach to a graph: pieces that the robot records by itself, the most telling next."""
+"""From nothing but declared objects and reach to a graph: the robot tries things out, what tells most comes next."""
 
 from __future__ import annotations
 
@@ -71,16 +71,30 @@ class Exploration:
             "samples": sum(len(p) - 1 for p in self.pieces),
             "robot_seconds": round(self.robot_seconds, 3),
             "edges": self.history[-1]["edges"] if self.history else {},
-            "open": [] if self.found is None else [q.text for q in self.open_questions()],
+            "open": [] if self.found is None else [q.text for q in self.unsure()],
             "history": self.history,
         }
 
-    def open_questions(self) -> list[Question]:
-        """Questions whose answer isn't sure, and for which not everything was tried several times."""
+    def lines(self) -> list[str]:
+        """What was found, a line an interaction, what is still open, and what it cost."""
+        found = [] if self.found is None else self.found.found
+        out = [
+            f"{f.edge.name}: sure by {f.confidence:.3f}"
+            + "".join(f"; or it is {r.parent} ({r.probability:.2f})" for r in f.rivals)
+            for f in found
+        ]
+        out += [f"open: {q.text}" for q in self.unsure()]
+        return [*out, f"{self.reason}: {len(self.pieces)} pieces, {self.robot_seconds:.0f} s of the robot"]
+
+    def unsure(self) -> list[Question]:
+        """Questions whose answer isn't sure."""
         reach = Reach(self.scenario.graph)
         every = questions(self.found, [n for n in reach.spaces if n != reach.root], reach.touchable)
-        sure, tries = self.settings.confidence, self.settings.tries
-        return [q for q in every if q.bits > bits(sure) and any(self.done.count(e) < tries for e in q.answers)]
+        return [q for q in every if q.bits > bits(self.settings.confidence)]
+
+    def open_questions(self) -> list[Question]:
+        """Those of them for which not everything was tried several times."""
+        return [q for q in self.unsure() if any(self.done.count(e) < self.settings.tries for e in q.answers)]
 
 
 def explore(run: Exploration, say: Progress = lambda line: None) -> None:

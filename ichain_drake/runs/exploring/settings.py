@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from ichain_drake.settings import setting
+from ichain_drake.errors import InputError
+from ichain_drake.settings import check_settings, setting
+from ichain_drake.timing import TICK
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,29 @@ class ExploringSettings:
     left: int = setting(4, "touches", lower=1)
     rest: int = setting(12, "ticks", lower=1)
     pieces: int = setting(3, "pieces", lower=1)
-    tries: int = setting(4, "pieces", lower=1)
+    tries: int = setting(3, "pieces", lower=1)
 
 
 EXPLORING = ExploringSettings()
 """The ones in force."""
+
+
+def settings_for(budget: float | None = None, confidence: float | None = None) -> ExploringSettings:
+    """The ones in force, with what is asked for otherwise.
+
+    Args:
+        budget: [s]; None for the default.
+        confidence: None for the default.
+
+    Raises:
+        InputError: on a value that can't be, or a budget that is too small for one piece.
+    """
+    out = replace(
+        EXPLORING,
+        budget=EXPLORING.budget if budget is None else budget,
+        confidence=EXPLORING.confidence if confidence is None else confidence,
+    )
+    check_settings(out)
+    if out.budget < out.piece * TICK:
+        raise InputError(f"--budget {out.budget:g}: a piece alone takes {out.piece * TICK:g} s")
+    return out

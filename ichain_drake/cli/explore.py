@@ -1,0 +1,64 @@
+"""The command `explore`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ichain_drake.cli.options import PATH, options, scenario_named
+from ichain_drake.errors import InputError
+
+
+@click.command()
+@options("scenario", "seed")
+@click.option("-o", "--output", type=PATH, metavar="DIR", required=True, help="folder for pieces, graph and report")
+@click.option("--physics", default="ideal", show_default=True, help="ideal or arm")
+@click.option("--budget", type=float, metavar="SECONDS", help="that the robot may move; default 600")
+@click.option("--confidence", type=float, metavar="P", help="from which on an interaction is known; default 0.95")
+@options("settings")
+def explore(
+    scenario: str,
+    seed: int,
+    output: Path,
+    physics: str,
+    budget: float | None,
+    confidence: float | None,
+    settings: tuple[str, ...],
+) -> int:
+    """Let the robot find out by itself which objects act on which: it tries what would tell most.
+
+    Exit status 0 if the graph is known, 1 if the budget was spent before.
+    """
+    from ichain_drake.cli.console import Reporter
+    from ichain_drake.demonstrations import write_demonstrations
+    from ichain_drake.files import held, unused_folder
+    from ichain_drake.learning.discovery.graph_file import write_graph
+    from ichain_drake.runs.exploring.explore import Exploration
+    from ichain_drake.runs.exploring.explore import explore as carry_out
+    from ichain_drake.runs.exploring.settings import settings_for
+    from ichain_drake.runs.paths.output import prepare_folder, write_report
+
+    if physics == "contact":
+        raise InputError("explore: ways of the hand are straight, and would strike things; choose ideal or arm")
+    run = Exploration(scenario_named(scenario, settings, physics, seed), settings_for(budget, confidence))
+    prepare_folder(output)
+    pieces = unused_folder(output / "pieces")
+    interrupted = False
+    with held(output), Reporter() as say:
+        try:
+            carry_out(run, say.note)
+        except KeyboardInterrupt:
+            interrupted = True
+    for file in write_demonstrations(run.pieces, pieces):
+        print(f"written: {file}")
+    if run.found is not None:
+        write_graph(run.found, output / "graph.yaml")
+        print(f"written: {output / 'graph.yaml'}")
+    write_report(run.report(), output / "report.json")
+    print(f"written: {output / 'report.json'}")
+    for line in run.lines():
+        print(line)
+    if interrupted:
+        raise KeyboardInterrupt
+    return 0 if run.known else 1
