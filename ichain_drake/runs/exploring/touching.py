@@ -165,9 +165,8 @@ class Toucher(TickSystem):
             if self._goes_along(memory, seen, now):
                 for row in draw[2:-1]:
                     self._way(hand, self._range(memory.touched, seen, box), row, turning=True)
-                if not self._left(memory.touches):
-                    was = reach.place(memory.touched, first[memory.touched])
-                    hand.to(**{axis: was[axis] + memory.hand[axis] - memory.at[axis] for axis in was}, **self._level())
+                goal = self._left_at(memory, first, seen, box)
+                hand.to(**{axis: x + memory.hand[axis] - memory.at[axis] for axis, x in goal.items()}, **self._level())
             self._way(hand.grip(False), box, draw[-1])
         else:
             several = self._experiment.touched
@@ -179,9 +178,20 @@ class Toucher(TickSystem):
             over = _Memory((), first, memory.touches, name, at, closed)
         return replace(over, rows=tuple(hand.commands))
 
-    def _left(self, touches: int) -> bool:
-        """Whether what is moved is left there; where several are touched in turn, that is what it is about."""
-        return len(self._experiment.touched) > 1 or touches % self._settings.left == self._settings.left // 2
+    def _left_at(
+        self, memory: _Memory, first: Mapping[str, FloatArray], seen: Mapping[str, FloatArray], box: Box
+    ) -> dict[str, float]:
+        """Where what was moved is brought before it is let go [m]: mostly where it was found, now and then nowhere.
+
+        Where several are touched in turn, each is left far from where it was every second time: so the next is tried
+        in both cases.
+        """
+        name, several = memory.touched, len(self._experiment.touched)
+        was, turn = self._reach.place(name, first[name]), memory.touches // several
+        if several == 1:
+            return {} if turn % self._settings.left == self._settings.left // 2 else was
+        ends = self._range(name, seen, box)
+        return was if turn % 2 else {axis: max(ends[axis], key=lambda end, x=x: abs(end - x)) for axis, x in was.items()}
 
     def _close(
         self,
