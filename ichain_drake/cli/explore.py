@@ -14,6 +14,8 @@ from ichain_drake.errors import InputError
 @options("scenario", "seed")
 @click.option("-o", "--output", type=PATH, metavar="DIR", required=True, help="folder for pieces, graph and report")
 @click.option("--physics", default="ideal", show_default=True, help="ideal or arm")
+@click.option("--goal", metavar="EXPR", multiple=True, help="that it is to reach in the end; default the system's own")
+@click.option("--no-goal", is_flag=True, help="only the graph")
 @click.option("--budget", type=float, metavar="SECONDS", help="that the robot may move; default 600")
 @click.option("--confidence", type=float, metavar="P", help="from which on an interaction is known; default 0.95")
 @options("settings")
@@ -22,15 +24,18 @@ def explore(
     seed: int,
     output: Path,
     physics: str,
+    goal: tuple[str, ...],
+    no_goal: bool,
     budget: float | None,
     confidence: float | None,
     settings: tuple[str, ...],
 ) -> int:
     """Let the robot find out by itself which objects act on which: it tries what would tell most.
 
-    Exit status 0 if the graph is known, 1 if the budget was spent before.
+    Exit status 0 if the graph is known and the goal was reached, 1 if the budget was spent before.
     """
     from ichain_drake.cli.console import Reporter
+    from ichain_drake.cli.run import goal_of
     from ichain_drake.demonstrations import write_demonstrations
     from ichain_drake.files import held, unused_folder
     from ichain_drake.learning.discovery.graph_file import write_graph
@@ -38,10 +43,15 @@ def explore(
     from ichain_drake.runs.exploring.explore import explore as carry_out
     from ichain_drake.runs.exploring.settings import settings_for
     from ichain_drake.runs.paths.output import prepare_folder, write_report
+    from ichain_drake.scenarios import PathScenario
 
     if physics == "contact":
         raise InputError("explore: ways of the hand are straight, and would strike things; choose ideal or arm")
-    run = Exploration(scenario_named(scenario, settings, physics, seed), settings_for(budget, confidence))
+    if no_goal and goal:
+        raise InputError("--goal and --no-goal: give one of the two")
+    loaded = scenario_named(scenario, settings, physics, seed)
+    asked = () if no_goal or isinstance(loaded, PathScenario) else goal_of(loaded, goal)
+    run = Exploration(loaded, asked, settings_for(budget, confidence))
     prepare_folder(output)
     pieces = unused_folder(output / "pieces")
     interrupted = False
@@ -61,4 +71,4 @@ def explore(
         print(line)
     if interrupted:
         raise KeyboardInterrupt
-    return 0 if run.known else 1
+    return 0 if run.over else 1

@@ -11,8 +11,10 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.learning.discovery.edges import DiscoveredGraph, discover_graph
 from ichain_drake.learning.discovery.experiments import Experiment, Question, bits, choose, questions
 from ichain_drake.learning.discovery.labels import raw_piece
+from ichain_drake.runs.exploring.rehearsing import rehearse
 from ichain_drake.runs.exploring.settings import EXPLORING, ExploringSettings
 from ichain_drake.runs.exploring.touching import Reach, Toucher
+from ichain_drake.runs.goals.run import own_goal
 from ichain_drake.runs.goals.unlabelled import without_flags
 from ichain_drake.scenarios import build_world
 from ichain_drake.scenarios.base import Progress
@@ -28,31 +30,49 @@ class Exploration:
 
     Attributes:
         scenario: whose world it is in; of its graph, objects and robot alone are looked at.
+        goal: that it tries to reach as soon as the graph is known; the scenario's own by default, empty for none.
         settings: see `ExploringSettings`.
         pieces: what it recorded, states alone.
-        done: the experiment of each piece.
+        done: the experiments.
         found: the graph, after the last piece.
         history: a line a piece: what was done, why, and what was known afterwards.
         reason: why it ended.
+        reached: whether the robot has reached the goal, as far as it can tell.
     """
 
     scenario: Any
+    goal: tuple[str, ...] | None = None
     settings: ExploringSettings = EXPLORING
     pieces: list[Demonstration] = field(default_factory=list)
     done: list[Experiment] = field(default_factory=list)
     found: DiscoveredGraph | None = None
     history: list[dict[str, Any]] = field(default_factory=list)
     reason: str = "interrupted"
+    reached: bool = False
+
+    def __post_init__(self) -> None:
+        if self.goal is None:
+            self.goal = own_goal(self.scenario)
 
     @property
     def known(self) -> bool:
-        """Whether the graph has been the same, and sure, in the last pieces."""
+        """Whether the graph was the same in the last pieces, and nothing was left to try."""
         last = self.history[-self.settings.pieces :]
         return (
             len(last) == self.settings.pieces
             and all(h["sure"] for h in last)
             and all(set(h["edges"]) == set(last[-1]["edges"]) for h in last)
         )
+
+    @property
+    def over(self) -> bool:
+        """Whether all is known that was asked for."""
+        return self.known and (self.reached or not self.goal)
+
+    @property
+    def ticks_left(self) -> int:
+        """Of the budget."""
+        return int(self.settings.budget / TICK) - sum(len(p) - 1 for p in self.pieces)
 
     @property
     def robot_seconds(self) -> float:
@@ -66,6 +86,8 @@ class Exploration:
             "physics": self.scenario.physics,
             "seed": self.scenario.seed,
             "known": self.known,
+            "goal": list(self.goal or ()),
+            "goal_reached": self.reached,
             "reason": self.reason,
             "pieces": len(self.pieces),
             "samples": sum(len(p) - 1 for p in self.pieces),
@@ -114,29 +136,42 @@ def explore(run: Exploration, say: Progress = lambda line: None) -> None:
     scenario, settings = run.scenario, run.settings
     reach = Reach(scenario.graph)
     objects = [n for n in reach.spaces if n != reach.root]
-    most = int(settings.budget / TICK) // settings.piece
+    rehearsed = 0  # pieces that there were then
     with threadpool_limits(limits=1):
-        while len(run.pieces) < most and not run.known:
-            number = len(run.pieces)
+        while run.ticks_left >= settings.piece and not run.over:
+            number = FIRST_DEMONSTRATION + len(run.pieces)
+            if run.known and len(run.pieces) >= rehearsed + settings.pieces:
+                assert run.goal and run.found is not None
+                say(f"{' and '.join(run.goal)}: with what is known")
+                attempt = rehearse(scenario, run.goal, run.pieces, run.found, number, run.ticks_left, say)
+                say(attempt.reason)
+                run.reached = attempt.reached
+                if attempt.piece is not None:
+                    run.pieces.append(attempt.piece)
+                    _note(run, reach, "reach the goal", attempt.reason)
+                rehearsed = len(run.pieces)
+                continue
             experiment, why = choose(questions(run.found, objects, reach.touchable), run.done)
-            say(f"piece {number}: {experiment}: {why}")
-            world = build_world(scenario, run=FIRST_DEMONSTRATION + number)
+            say(f"{experiment}: {why}")
+            world = build_world(scenario, run=number)
             toucher = Toucher(reach, experiment, start_command(world), [scenario.seed, number], settings)
-            piece = record(world, toucher, settings.piece, tuple(reach.spaces), f"explored_{number:02d}")
-            run.pieces.append(without_flags(piece))
+            piece = record(world, toucher, settings.piece, tuple(reach.spaces), f"explored_{number}")
             run.done.append(experiment)
-            raw = [raw_piece(p, scenario.graph) for p in run.pieces]
-            run.found = discover_graph(raw, reach.spaces, reach.root)
-            run.history.append(_line(run, experiment, why))
-    run.reason = "the graph is known" if run.known else "the budget is spent"
+            run.pieces.append(without_flags(piece))
+            _note(run, reach, str(experiment), why)
+    goal = ", and the goal was reached" if run.reached else ""
+    known = "everything was tried several times" if run.unsure() else "the graph is known"
+    run.reason = f"{known}{goal}" if run.over else "the budget is spent"
 
 
-def _line(run: Exploration, experiment: Experiment, why: str) -> dict[str, Any]:
-    """What was done in the last piece, and what is known since."""
+def _note(run: Exploration, reach: Reach, what: str, why: str) -> None:
+    """What was done in the last piece, and what is known since. A goal that was reached ends it: nothing changes."""
+    if not run.reached:
+        run.found = discover_graph([raw_piece(p, run.scenario.graph) for p in run.pieces], reach.spaces, reach.root)
     assert run.found is not None
-    return {
+    line = {
         "piece": run.pieces[-1].name,
-        "experiment": str(experiment),
+        "experiment": what,
         "why": why,
         "robot_seconds": round(run.robot_seconds, 3),
         "sure": not run.open_questions(),
@@ -148,3 +183,4 @@ def _line(run: Exploration, experiment: Experiment, why: str) -> dict[str, Any]:
             for f in run.found.found
         },
     }
+    run.history.append(line)

@@ -26,8 +26,8 @@ class ExploringSettings:
         left: of so many touches of one object, that which leaves it where it was moved to; after the others it is put
             back, so that things mostly are as the robot found them, and it sees what goes on by itself.
         rest: longest wait at a place.
-        pieces: in which a graph must have been the same, and sure.
-        tries: of each experiment for what never shows.
+        pieces: in which a graph must have been the same, and nothing left to try; so many between attempts at the goal.
+        tries: of each experiment that could answer a question, after which it stays open.
     """
 
     confidence: float = setting(0.95, "probability", above=0.5, below=1)

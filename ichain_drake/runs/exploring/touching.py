@@ -191,7 +191,9 @@ class Toucher(TickSystem):
         if several == 1:
             return {} if turn % self._settings.left == self._settings.left // 2 else was
         ends = self._range(name, seen, box)
-        return was if turn % 2 else {axis: max(ends[axis], key=lambda end, x=x: abs(end - x)) for axis, x in was.items()}
+        if turn % 2:
+            return was
+        return {axis: low if x - low > high - x else high for axis, x in was.items() for low, high in [ends[axis]]}
 
     def _close(
         self,

@@ -13,10 +13,10 @@ HELPERS, SEED = Path(__file__).parents[2] / "helpers", 41000
 BATH = str(Path(__file__).parents[3] / "examples" / "own_system" / "bath.py")
 
 
-def explored(system: str, budget: float, pieces: int = 2) -> Exploration:
+def explored(system: str, budget: float, goal: tuple[str, ...] | None = (), pieces: int = 2) -> Exploration:
     """As far as the budget goes."""
     settings = replace(EXPLORING, budget=budget, pieces=pieces)
-    run = Exploration(load_scenario(system, (), "ideal", SEED), settings)
+    run = Exploration(load_scenario(system, (), "ideal", SEED), goal, settings)
     explore(run)
     return run
 
