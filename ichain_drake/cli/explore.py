@@ -50,7 +50,9 @@ def explore(
     if no_goal and goal:
         raise InputError("--goal and --no-goal: give one of the two")
     loaded = scenario_named(scenario, settings, physics, seed)
-    asked = () if no_goal or isinstance(loaded, PathScenario) else goal_of(loaded, goal)
+    if goal and isinstance(loaded, PathScenario):
+        raise InputError(f"{loaded.name} follows paths: --goal is not for it")
+    asked = goal_of(loaded, goal) if goal else () if no_goal else None
     run = Exploration(loaded, asked, settings_for(budget, confidence))
     prepare_folder(output)
     pieces = unused_folder(output / "pieces")

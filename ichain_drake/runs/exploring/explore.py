@@ -52,7 +52,7 @@ class Exploration:
 
     def __post_init__(self) -> None:
         if self.goal is None:
-            self.goal = own_goal(self.scenario)
+            self.goal = own_goal(self.scenario)  # none where paths are followed
 
     @property
     def known(self) -> bool:

@@ -52,14 +52,27 @@ def test_pieces_hold_states_alone(bath: Exploration) -> None:
 def test_a_lamp_is_a_rival_until_one_of_the_two_is_withheld() -> None:
     run = explored(str(HELPERS / "stove.py"), 60.0)
     first, second = run.history
-    said = {name for name, e in first["edges"].items() for _ in e["rivals"]} | set(first["edges"])
     assert first["experiment"] == "touch dial"
-    rivals = {*first["edges"]["dial->pot"]["rivals"], *first["edges"]["lamp->pot"]["rivals"]} if {
-        "dial->pot", "lamp->pot"
-    } <= said else {r for e in first["edges"].values() for r in e["rivals"]}  # fmt: skip
-    assert {"lamp", "dial"} & rivals
+    assert first["edges"]["lamp->pot"]["rivals"].keys() == {"dial"}  # either is as good
     assert second["experiment"] == "touch dial, then lamp"
-    assert "dial->pot" in second["edges"] and "lamp->pot" not in second["edges"]
+    assert second["edges"].keys() == {"hand->dial", "dial->pot"}
+    assert not second["edges"]["dial->pot"]["rivals"]
     assert not run.known
     assert run.reason == "the budget is spent"
-    assert any(line.startswith("open: ") for line in run.lines())
+    assert "open: what acts on lamp?" in run.lines()
+
+
+def test_the_goal_is_tried_with_what_is_known(bath: Exploration) -> None:
+    run = replace(bath, goal=None, history=list(bath.history), pieces=list(bath.pieces), done=list(bath.done))
+    run.settings = replace(run.settings, budget=600.0)
+    assert run.goal == ("0.5 <= basin.level <= 0.6", "not tap->basin", "not hand->tap")
+    assert not run.over
+    found = run.found
+    explore(run)
+    assert run.over
+    assert run.reached
+    assert run.report()["goal_reached"]
+    assert run.reason.endswith(", and the goal was reached")
+    assert run.pieces[-1].name.startswith("rehearsed_")
+    assert run.history[-1]["experiment"] == "reach the goal"
+    assert len(run.pieces) > len(bath.pieces) + 1 or run.found is found
