@@ -62,7 +62,8 @@ def explore(
             carry_out(run, say.note)
         except KeyboardInterrupt:
             interrupted = True
-    for file in write_demonstrations(run.pieces, pieces):
+    reached = unused_folder(output / "reached") if run.successes else pieces
+    for file in (*write_demonstrations(run.pieces, pieces), *write_demonstrations(run.successes, reached)):
         print(f"written: {file}")
     if run.found is not None:
         write_graph(run.found, output / "graph.yaml")

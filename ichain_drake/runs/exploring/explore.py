@@ -33,6 +33,7 @@ class Exploration:
         goal: that it tries to reach as soon as the graph is known; the scenario's own by default, empty for none.
         settings: see `ExploringSettings`.
         pieces: what it recorded, states alone.
+        successes: the attempt that reached the goal; it shows nothing that had not been learned from the pieces.
         done: the experiments.
         found: the graph, after the last piece.
         history: a line a piece: what was done, why, and what was known afterwards.
@@ -44,6 +45,7 @@ class Exploration:
     goal: tuple[str, ...] | None = None
     settings: ExploringSettings = EXPLORING
     pieces: list[Demonstration] = field(default_factory=list)
+    successes: list[Demonstration] = field(default_factory=list)
     done: list[Experiment] = field(default_factory=list)
     found: DiscoveredGraph | None = None
     history: list[dict[str, Any]] = field(default_factory=list)
@@ -72,12 +74,16 @@ class Exploration:
     @property
     def ticks_left(self) -> int:
         """Of the budget."""
-        return int(self.settings.budget / TICK) - sum(len(p) - 1 for p in self.pieces)
+        return int(self.settings.budget / TICK) - self._ticks
+
+    @property
+    def _ticks(self) -> int:
+        return sum(len(p) - 1 for p in (*self.pieces, *self.successes))
 
     @property
     def robot_seconds(self) -> float:
         """That the robot moved [s]."""
-        return TICK * sum(len(p) - 1 for p in self.pieces)
+        return TICK * self._ticks
 
     def report(self) -> dict[str, Any]:
         """Plain numbers and texts, ready for JSON."""
@@ -90,7 +96,7 @@ class Exploration:
             "goal_reached": self.reached,
             "reason": self.reason,
             "pieces": len(self.pieces),
-            "samples": sum(len(p) - 1 for p in self.pieces),
+            "samples": self._ticks,
             "robot_seconds": round(self.robot_seconds, 3),
             "edges": self.history[-1]["edges"] if self.history else {},
             "open": [] if self.found is None else [q.text for q in self.unsure()],
@@ -147,7 +153,7 @@ def explore(run: Exploration, say: Progress = lambda line: None) -> None:
                 say(attempt.reason)
                 run.reached = attempt.reached
                 if attempt.piece is not None:
-                    run.pieces.append(attempt.piece)
+                    (run.successes if attempt.reached else run.pieces).append(attempt.piece)
                     _note(run, reach, "reach the goal", attempt.reason)
                 rehearsed = len(run.pieces)
                 continue
@@ -170,7 +176,7 @@ def _note(run: Exploration, reach: Reach, what: str, why: str) -> None:
         run.found = discover_graph([raw_piece(p, run.scenario.graph) for p in run.pieces], reach.spaces, reach.root)
     assert run.found is not None
     line = {
-        "piece": run.pieces[-1].name,
+        "piece": (*run.pieces, *run.successes)[-1].name,
         "experiment": what,
         "why": why,
         "robot_seconds": round(run.robot_seconds, 3),
