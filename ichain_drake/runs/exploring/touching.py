@@ -162,38 +162,31 @@ class Toucher(TickSystem):
             for row in draw[1:]:
                 self._way(hand, box, row)
         elif memory.touched:
-            if self._goes_along(memory, seen, now):
+            several = self._experiment.touched
+            if len(several) == 1 and self._goes_along(memory, seen, now):
                 for row in draw[2:-1]:
                     self._way(hand, self._range(memory.touched, seen, box), row, turning=True)
-                goal = self._left_at(memory, first, seen, box)
-                hand.to(**{axis: x + memory.hand[axis] - memory.at[axis] for axis, x in goal.items()}, **self._level())
+                if memory.touches % self._settings.left != self._settings.left // 2:
+                    self._bring(hand, memory, reach.place(memory.touched, first[memory.touched]))
             self._way(hand.grip(False), box, draw[-1])
         else:
             several = self._experiment.touched
-            name = several[memory.touches % len(several)]
-            self._close(hand, name, seen, box, draw[0], near=(memory.touches // len(several)) % 2 == 0)
+            name, turn = several[memory.touches % len(several)], memory.touches // len(several)
+            self._close(hand, name, seen, box, draw[0], near=len(several) > 1 or turn % 2 == 0)
             at = reach.place(name, seen[name])
             closed = {axis: float(hand.now[reach.axes[axis]]) for axis in at}
-            self._way(hand, self._range(name, seen, box), draw[1])
-            over = _Memory((), first, memory.touches, name, at, closed)
+            over, ends = _Memory((), first, memory.touches, name, at, closed), self._range(name, seen, box)
+            if len(several) == 1:
+                self._way(hand, ends, draw[1])
+            else:  # far from where it was, and back in the next turn: in both cases the others are touched
+                was = reach.place(name, first[name])
+                far = {a: low if x - low > high - x else high for a, x in was.items() for low, high in [ends[a]]}
+                self._bring(hand, over, was if turn % 2 else far)
         return replace(over, rows=tuple(hand.commands))
 
-    def _left_at(
-        self, memory: _Memory, first: Mapping[str, FloatArray], seen: Mapping[str, FloatArray], box: Box
-    ) -> dict[str, float]:
-        """Where what was moved is brought before it is let go [m]: mostly where it was found, now and then nowhere.
-
-        Where several are touched in turn, each is left far from where it was every second time: so the next is tried
-        in both cases.
-        """
-        name, several = memory.touched, len(self._experiment.touched)
-        was, turn = self._reach.place(name, first[name]), memory.touches // several
-        if several == 1:
-            return {} if turn % self._settings.left == self._settings.left // 2 else was
-        ends = self._range(name, seen, box)
-        if turn % 2:
-            return was
-        return {axis: low if x - low > high - x else high for axis, x in was.items() for low, high in [ends[axis]]}
+    def _bring(self, hand: HandCommands, memory: _Memory, place: Mapping[str, float]) -> None:
+        """Bring what goes along to a place [m], by axis; the hand stays where it is relative to it."""
+        hand.to(**{axis: x + memory.hand[axis] - memory.at[axis] for axis, x in place.items()}, **self._level())
 
     def _close(
         self,
@@ -210,7 +203,10 @@ class Toucher(TickSystem):
         for k, (axis, (low, high)) in enumerate(box.items()):
             off = self._settings.beside * (self._settings.near if near else 1.0) * (2.0 * draw[k] - 1.0)
             goal[axis] = float(np.clip(place[axis] + off, low, high)) if axis in place else low + (high - low) * draw[k]
-        hand.to(**goal, **self._level()).grip(True).wait(1 + int(draw[-1] * self._settings.rest) // 2)
+        rest = (
+            self._settings.rest if len(self._experiment.touched) > 1 else 1 + int(draw[-1] * self._settings.rest) // 2
+        )
+        hand.to(**goal, **self._level()).grip(True).wait(rest)
 
     def _goes_along(self, memory: _Memory, seen: Mapping[str, FloatArray], now: FloatArray) -> bool:
         place = self._reach.place(memory.touched, seen[memory.touched])
