@@ -19,6 +19,7 @@ import click
 from ichain_drake.cli.check import check
 from ichain_drake.cli.cut import cut
 from ichain_drake.cli.discover import discover
+from ichain_drake.cli.explore import explore
 from ichain_drake.cli.label import label
 from ichain_drake.cli.library_commands import library
 from ichain_drake.cli.logs import export_command, import_command
@@ -46,6 +47,7 @@ for _command in (
     cut,
     label,
     discover,
+    explore,
     relearn,
     evaluate,
     benchmarks,

@@ -23,6 +23,7 @@ class Features:
         labels: of the columns.
         declared: per variable of the child the columns that the roles declare for it.
         own: per variable the column that is that variable itself, -1 where there is none.
+        foreign: whether a column says something of the parent, shape (n_columns,).
         noise: of one reading behind each column, shape (n_columns,); 0 where it isn't known.
         passive: whether they are the child's own: of what it does by itself.
     """
@@ -31,6 +32,7 @@ class Features:
     labels: tuple[str, ...]
     declared: dict[int, tuple[int, ...]]
     own: dict[int, int]
+    foreign: BoolArray
     noise: FloatArray
     passive: bool = False
 
@@ -55,7 +57,9 @@ def features(residual: Residual, parent: str, alignment: Alignment | None) -> Fe
     declared = {v: tuple(k for k, c in enumerate(columns) if c.declares(v)) for v in residual.variables}
     plain = {c.index: k for k, c in enumerate(columns) if (c.source, c.view) == ("child", "plain")}
     own = {v: plain.get(v, -1) for v in residual.variables}
-    return Features(values, tuple(c.label for c in columns), declared, own, noise)
+    return Features(
+        values, tuple(c.label for c in columns), declared, own, np.array([c.source != "child" for c in columns]), noise
+    )
 
 
 def _own(residual: Residual) -> Features:
@@ -69,7 +73,9 @@ def _own(residual: Residual) -> Features:
             own[i] = len(columns)
             columns.append(value)
             labels.append(name)
-    return Features(np.array(columns).T, tuple(labels), {}, own, np.zeros(len(columns)), True)
+    return Features(
+        np.array(columns).T, tuple(labels), {}, own, np.zeros(len(columns), dtype=bool), np.zeros(len(columns)), True
+    )
 
 
 def _noise(residual: Residual, parent: str, column: Column) -> float:

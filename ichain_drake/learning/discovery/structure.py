@@ -103,8 +103,12 @@ def _passive_motion(residual: Residual) -> Term | None:
 
 
 def _goes_on(term: Term, log: Log) -> bool:
-    """Whether hardly a tick speaks against what an object is said to do all the time."""
-    return bool(np.mean(term.evidence < -DISCOVERY.shows) <= LEARNING.near)
+    """Whether hardly a tick, and hardly a stretch of them, speaks against what an object is said to do all the time.
+
+    What is done to it half of the time is half of that on average, which no single tick may tell from either.
+    """
+    ticks, stretches = term.evidence < -DISCOVERY.shows, by_part(term.evidence, log.block) < -DISCOVERY.seen
+    return bool(max(np.mean(ticks), np.mean(stretches)) <= LEARNING.near)
 
 
 def _next(

@@ -63,16 +63,23 @@ def fit_term(
     best: Term | None = None
     for rows in [start] if start is not None else starts(residual, views.inputs, every):
         term = _climb(residual, parent, others, views, rows, every, DISCOVERY.rounds, movable=movable)
-        if term is not None and (best is None or term.value > best.value):
+        if term is not None and _has_say(term, views) and (best is None or term.value > best.value):
             best = term
     if best is not None and any(e.columns and not e.declared for e in best.effects):
         # A line in an input may be a step of it: what a gate and a constant say with fewer parameters.
         size = np.abs(best.predicted[:, [e.variable for e in best.effects]]).max(axis=1)
         high = best.on & (size > DISCOVERY.close * np.quantile(size[best.on], 0.9)) if best.on.any() else best.on
         step = _climb(residual, parent, others, views, high, every, DISCOVERY.rounds, movable=movable)
-        if step is not None and step.value > best.value:
+        if step is not None and _has_say(step, views) and step.value > best.value:
             best = step
     return best
+
+
+def _has_say(term: Term, views: _Views) -> bool:
+    """Whether a term looks at its parent at all: when others act and what the child then does is not the parent's."""
+    if term.parent == term.child or any(term.inputs[k].owner == term.parent for k in np.flatnonzero(term.gate.used)):
+        return True
+    return any(bool(views.columns.foreign[c]) for e in term.effects for c in e.columns)
 
 
 def fit_passive(residual: Residual) -> Term | None:

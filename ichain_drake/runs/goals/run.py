@@ -231,10 +231,10 @@ def run_graph(
         say("planning")
         world = connect(run.robot, run.scenario.graph) if run.robot else run.scenario.make_world(run.number)
         run.goal = parse_goal(run.expressions, model, look(world))
-        _execute(run, model, run.goal, world, own_skills, settings or ExecutorSettings(), say)
+        execute(run, model, run.goal, world, own_skills, settings or ExecutorSettings(), say)
 
 
-def _execute(
+def execute(
     run: GraphRun,
     model: InteractionModel,
     wanted: Goal,
@@ -243,6 +243,19 @@ def _execute(
     settings: ExecutorSettings,
     say: Progress,
 ) -> None:
+    """Plan and act towards a goal with what was learned, filling `run`.
+
+    Args:
+        run: with its scenario and number.
+        model: the learned graph.
+        wanted: the goal.
+        world: no part of a diagram yet; its default context is the start.
+        own_skills, settings: as for `run_graph`.
+        say: called with a line at each plan.
+
+    Raises:
+        EpisodeInterrupted: on Ctrl-C; `run` keeps what there is.
+    """
     planner = make_planner(model, planner_of(run.scenario.config))
 
     def planned(now: States, goal: Goal, experience: Experience) -> Plan | NoPlan:

@@ -30,7 +30,7 @@ def residual(change: FloatArray, start: float = 100.0) -> Residual:
 
 
 def features(values: FloatArray, declared: tuple[int, ...] = ()) -> Features:
-    return Features(values, ("a", "b", "c"), {0: declared}, {}, np.zeros(3))
+    return Features(values, ("a", "b", "c"), {0: declared}, {}, np.zeros(3, dtype=bool), np.zeros(3))
 
 
 def fitted(

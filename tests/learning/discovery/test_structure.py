@@ -128,7 +128,10 @@ def test_what_an_object_is_said_to_do_all_the_time_hardly_a_tick_speaks_against(
     for against, goes_on in ((1, True), (2, False)):  # of twenty, a twentieth
         evidence = np.where(np.arange(20) < against, -1.1 * DISCOVERY.shows, 3.0)
         assert structure._goes_on(told(9.0, evidence=evidence), LOG) is goes_on
-    assert structure._goes_on(told(9.0, evidence=np.full(20, -0.9 * DISCOVERY.shows)), LOG)
+    for evidence, goes_on in ((-0.9 * DISCOVERY.seen / 5, True), (-1.1 * DISCOVERY.seen / 5, False)):  # five ticks each
+        stretch = np.where(LOG.block == 2, evidence, 3.0)
+        assert (np.abs(stretch[LOG.block == 2]) < DISCOVERY.shows).all()
+        assert structure._goes_on(told(9.0, evidence=stretch), LOG) is goes_on
 
 
 def test_of_terms_of_the_same_ticks_the_nearer_cause_is_taken_before_the_robot() -> None:

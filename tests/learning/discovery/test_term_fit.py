@@ -99,6 +99,17 @@ def test_a_gate_may_look_at_other_objects_where_it_is_let() -> None:
     assert judged(made, both).gain > 0.75 * DISCOVERY.clip * both.on.sum(), "borders differ a little without a part"
 
 
+def test_what_others_switch_is_not_the_doing_of_an_object_that_nothing_looks_at() -> None:
+    lamp = residual(np.zeros(TICKS + 1), np.zeros(TICKS + 1)).log.states["lamp"][:, 0]
+    hand = pressed(seed=3)[0]
+    made = residual(hand, np.r_[0.0, np.cumsum(0.1 * (lamp[1:] > 0.0))])
+    mine = fit_term(made, "lamp")
+    assert mine is not None
+    assert judged(made, mine).gain > 0.9 * DISCOVERY.clip * mine.on.sum()
+    term = fit_term(made, "hand", ["lamp"], start=mine.on)
+    assert term is None or made.log.spaces["hand"].names[0] in " ".join(term.text(("x",)).split("while")[1:])
+
+
 def test_left_out_ticks_are_judged_by_what_the_others_say() -> None:
     """Of two parts that show the one and two that show another, the rest always tells the wrong one."""
     hand, _, on = pressed()

@@ -205,7 +205,7 @@ def test_a_goal_is_reached_where_it_holds_in_truth_and_who_controls_says_so(
     monkeypatch.setattr(running, "GraphEpisode", lambda world, controller: made)
     monkeypatch.setattr(running, "make_planner", lambda model, settings: None)
     run = GraphRun(LampScenario(), ["lamp.light >= 0.5"])
-    running._execute(run, None, ended.goal, None, None, ExecutorSettings(), lambda line: None)  # type: ignore[arg-type]
+    running.execute(run, None, ended.goal, None, None, ExecutorSettings(), lambda line: None)  # type: ignore[arg-type]
     assert (run.goal_reached, run.cause) == (reached, cause)
     wrong = "0.5 <= lamp.light <= 1 is not true: it is 0.3"
     says = {"": "goal reached", "misjudged": f"taken as reached, but {wrong}", "drive": "too slow"}

@@ -1,0 +1,1 @@
+"""A robot that finds out by itself which objects act on which."""
