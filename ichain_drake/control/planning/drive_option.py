@@ -62,7 +62,11 @@ class DriveOption:
         )
         every = {n: np.concatenate([hold[n][None], v]) for n, v in others.items()}
         robot = self.chain[0].parent
-        usable = frames.in_reach(robot, every[robot]) & (first is None or frames.in_reach(first, every[first]))
+        usable = frames.in_reach(robot, every[robot])
+        if first is not None:
+            usable = usable & frames.in_reach(first, every[first])
+            if not usable.any():  # how it will be held is not known to the millimetre
+                usable = frames.in_reach(robot, every[robot], nearly=True) & frames.in_reach(first, every[first])
         if first is not None and (usable & frames.is_shown(first, every[first])).any():
             usable &= frames.is_shown(first, every[first])
         if not usable.any():

@@ -127,24 +127,25 @@ class Frames:
         )
         return low, high
 
-    def in_reach(self, obj: str, states: FloatArray) -> BoolArray:
+    def in_reach(self, obj: str, states: FloatArray, *, nearly: bool = False) -> BoolArray:
         """Whether the robot can be there, or bring an object there, give or take a grasp.
 
         Args:
             obj: the robot, or an object.
             states: shape (..., n_obj).
+            nearly: whether of the robot, too, what is as good as within its bounds is.
 
         Returns:
             shape (...); true where it is not known how the object goes with the robot.
         """
-        space = self._spaces[obj]
-        low, high = space.lower, space.upper
-        if obj not in self._roots:
-            ends = self.reach(obj)
-            if ends is None:
-                return np.ones(states.shape[:-1], dtype=bool)
+        space, robot = self._spaces[obj], obj in self._roots
+        ends = (space.lower, space.upper) if robot else self.reach(obj)
+        if ends is None:
+            return np.ones(states.shape[:-1], dtype=bool)
+        room: FloatArray | float = 0.0
+        if nearly or not robot:
             room = LEARNING.near * (self._model.high[obj] - self._model.low[obj])
-            low, high = ends[0] - room, ends[1] + room
+        low, high = ends[0] - room, ends[1] + room
         places = space.role_indices("position")
         outside = (states[..., places] < low[places]) | (states[..., places] > high[places])  # never, where it is NaN
         return np.asarray(~outside.any(axis=-1))

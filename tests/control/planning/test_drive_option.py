@@ -21,7 +21,7 @@ def frames(reach: float, shown: float = np.inf) -> SimpleNamespace:
 
     return SimpleNamespace(
         along=along,
-        in_reach=lambda obj, states: states[:, 0] <= reach,
+        in_reach=lambda obj, states, nearly=False: states[:, 0] <= reach,
         is_shown=lambda obj, states: states[:, 0] <= shown,
     )
 
@@ -56,15 +56,17 @@ def test_it_is_the_surest_that_is_within_reach_and_was_shown_if_any_was(
     assert (found.hold["hand"], found.hold["stove"]) == (pytest.approx([hold]), pytest.approx([1.0]))
 
 
-def test_the_robot_itself_has_to_be_within_reach_as_it_holds_the_thing() -> None:
+@pytest.mark.parametrize(("bound", "hold"), [(1.25, 1.2), (1.05, 1.1), (0.95, None)])
+def test_the_robot_itself_has_to_be_within_reach_as_it_holds_the_thing_or_nearly(
+    bound: float, hold: float | None
+) -> None:
     """A thing's places within reach are a box along its own frame's axes, which holds more than the robot's does."""
-    reach = {"hand": 1.25, "jug": 2.0}
-    found = option().placed(
-        SimpleNamespace(**vars(frames(2.0)) | {"in_reach": lambda obj, states: states[:, 0] <= reach[obj]}),  # type: ignore[arg-type]
-        NOW,
-    )
-    assert found is not None
-    assert found.hold["hand"] == pytest.approx([1.2])
+
+    def in_reach(obj: str, states: FloatArray, nearly: bool = False) -> FloatArray:
+        return states[:, 0] <= (2.0 if obj == "jug" else bound + 0.1 * nearly)
+
+    found = option().placed(SimpleNamespace(**vars(frames(2.0)) | {"in_reach": in_reach}), NOW)  # type: ignore[arg-type]
+    assert (None if found is None else found.hold["hand"]) == (None if hold is None else pytest.approx([hold]))
 
 
 def test_out_of_reach_there_is_none_and_without_an_anchor_it_stays_as_it_is() -> None:
