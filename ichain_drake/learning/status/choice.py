@@ -75,10 +75,13 @@ class InputChoice:
                 chosen, [c for c in candidates if c.caused == caused and c not in chosen], by_role=by_role
             ):
                 chosen += found
-        for item in list(chosen):
-            fewer = [c for c in chosen if c is not item]
-            if fewer and not self.clear(self._gains(fewer, (item,)), len(candidates)):
-                chosen = fewer
+        # Where one is told by the others, what goes is what is missed least. That may be another: added to mend some of
+        # what this one left, it may tell by chance most of what this one tells.
+        while len(chosen) > 1:
+            gains = [self._gains([c for c in chosen if c is not item], (item,)) for item in chosen]
+            if all(self.clear(g, len(candidates)) for g in gains):
+                break
+            del chosen[int(np.argmin([g.sum() for g in gains]))]
         return chosen
 
     def open(self, chosen: Sequence[Candidate], candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -20,7 +20,7 @@ from ichain_drake.learning.chain.link import EstimatorSpec
 from ichain_drake.learning.data import GraphData
 from ichain_drake.learning.effects.alignment import Alignment
 from ichain_drake.learning.frozen import FrozenModel, InputScaling, freeze
-from ichain_drake.learning.selection import by_part, calibrated, calibration_error, clearly, least_slip
+from ichain_drake.learning.selection import borne_out, by_part, calibrated, calibration_error, clearly, least_slip
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.spec import InteractionSpec, make_classifier
 from ichain_drake.learning.status.box import Box
@@ -197,8 +197,8 @@ class _Trial:
         return _Trial(chosen, offset, scale, x, floor, best, decisions, likelihood)
 
     def beats(self, other: _Trial, piece: NDArray[np.intp], tried: int = 1) -> bool:
-        """Whether it is clearly likelier."""
-        return clearly(by_part(self.likelihood - other.likelihood, piece), tried)
+        """Whether it is clearly likelier, and not by one piece alone."""
+        return borne_out(by_part(self.likelihood - other.likelihood, piece), tried)
 
 
 def _told_by_classifiers(

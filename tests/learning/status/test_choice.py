@@ -122,3 +122,27 @@ def test_two_that_only_add_something_together_are_taken_if_what_is_seen_promises
     monkeypatch.setattr(choice, "_gains", gains)
     two = [Candidate(SimpleNamespace(), np.zeros((100, 1)), np.ones(1)) for _ in range(2)]  # type: ignore[arg-type]
     assert choice._further([], two, by_role=True) == (two if hopeful else [])
+
+
+def test_of_inputs_that_tell_the_same_the_one_that_is_missed_least_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A third mends a little of what the second left, and tells by chance most of what that tells in one piece."""
+    switch, place, water = (Candidate(SimpleNamespace(), np.zeros((100, 1)), np.ones(1)) for _ in range(3))  # type: ignore[arg-type]
+    gains = {
+        ((), switch): [400.0, 400.0],
+        ((switch,), place): [35.0, 62.0],
+        ((switch,), water): [0.0, 70.0],
+        ((switch, place), water): [4.1, 8.1],
+        ((switch, water), place): [35.0, 0.0],
+        ((place,), switch): [300.0, 300.0],
+        ((place, water), switch): [300.0, 300.0],
+    }
+
+    def gained(self: InputChoice, chosen: list[Candidate], further: tuple[Candidate, ...], **more: bool) -> np.ndarray:
+        return np.array(gains.get((tuple(chosen), further[0]), [0.0, 0.0]))
+
+    monkeypatch.setattr(InputChoice, "_gains", gained)
+    order = iter([[switch], [place], [water], [], []])
+    monkeypatch.setattr(InputChoice, "_further", lambda self, chosen, free, **more: next(order))
+    truth = np.arange(100) % 50 < 25
+    made = InputChoice(truth, np.repeat([0, 1], 50), np.repeat([0, 1], 50), ~truth)
+    assert made._searched([switch, place, water], by_role=True) == [switch, place]

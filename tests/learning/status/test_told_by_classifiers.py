@@ -53,7 +53,7 @@ def test_of_many_inputs_one_that_seems_to_tell_a_little_is_chance(monkeypatch: p
     """Two pieces are a little likelier with it: more than one standard error, less than the best of ten by chance."""
     piece = np.repeat(np.arange(4), 5)
     many = [SimpleNamespace(caused=False, item=k) for k in range(10)]
-    likelihood = {1: np.zeros(20), 2: 0.9 * (np.arange(20) == 3) + 0.09 * (np.arange(20) == 8)}
+    likelihood = {1: np.zeros(20), 2: 0.9 * (np.arange(20) == 3) + 0.8 * (np.arange(20) == 8)}
     monkeypatch.setattr(
         status._Trial,
         "of",
