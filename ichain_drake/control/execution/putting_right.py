@@ -32,9 +32,9 @@ def put_right(
     carries = bool(step.after or step.before or step.until is None)
     if carries and failure.cause != "lost" and view.holds(edge):
         if failure.cause == "reach":  # what is held over nothing would fall
-            return list(way_back(model, step, dict(enumerate(origin))))
+            return way_back(model, step, dict(enumerate(origin)))
         if failure.cause != "carry" and step.before:
-            return list(carry_tasks(model, edge, indices(model, step.before, edge), place_first=False))
+            return carry_tasks(model, edge, indices(model, step.before, edge), place_first=False)
         return []
     if failure.cause == "deactivation":
         return []

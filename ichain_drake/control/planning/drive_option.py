@@ -64,11 +64,12 @@ class DriveOption:
         robot = self.chain[0].parent
         usable = frames.in_reach(robot, every[robot])
         if first is not None:
-            usable = usable & frames.in_reach(first, every[first])
+            there, shown = frames.in_reach(first, every[first]), frames.is_shown(first, every[first])
+            usable &= there
             if not usable.any():  # how it will be held is not known to the millimetre
-                usable = frames.in_reach(robot, every[robot], nearly=True) & frames.in_reach(first, every[first])
-        if first is not None and (usable & frames.is_shown(first, every[first])).any():
-            usable &= frames.is_shown(first, every[first])
+                usable = there & frames.in_reach(robot, every[robot], nearly=True)
+            if (usable & shown).any():
+                usable &= shown
         if not usable.any():
             return None
         best = int(np.argmax(usable))
