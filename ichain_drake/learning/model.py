@@ -21,6 +21,7 @@ from ichain_drake.learning.passive import PassiveDynamics
 from ichain_drake.learning.report import report
 from ichain_drake.learning.spreads import spread_of
 from ichain_drake.learning.status.events import Windows
+from ichain_drake.learning.status.inputs import objects_of
 from ichain_drake.learning.tick import LearnedInteraction, advance, effects_of
 from ichain_drake.state import BoolArray, FloatArray
 from ichain_drake.timing import TICK
@@ -306,6 +307,21 @@ class InteractionModel:
             InputError: if there is no such interaction.
         """
         return self._edge(edge).customary.labels
+
+    def suspects(self, edge: Interaction) -> tuple[str, ...]:
+        """Objects that may be to blame where an interaction is not active although its classifier saw no reason.
+
+        Those that the classifier and the customary conditions look at; where there are no such conditions, the child
+        and all that act on it.
+
+        Raises:
+            InputError: if there is no such interaction.
+        """
+        learned = self._edge(edge)
+        if not learned.customary.inputs:
+            return self._around(edge.child)
+        looked = {n for i in (*learned.status.inputs, *learned.customary.inputs) for n in objects_of(i)}
+        return tuple(n for n in self._around(edge.child) if n in looked | {edge.child})
 
     def cautious(self, edges: Collection[Interaction]) -> InteractionModel:
         """The same model, in which some interactions are active only under their customary conditions.

@@ -66,6 +66,9 @@ class ToyModel:
     def customary(self, edge: Interaction) -> tuple[str, ...]:
         return ()
 
+    def suspects(self, edge: Interaction) -> tuple[str, ...]:
+        return (edge.child, *self.graph.parents(edge.child))
+
     def decide(self, edge, states):
         return self.gates[edge]({n: np.atleast_2d(v) for n, v in states.items()}).reshape(
             np.shape(states[edge.child])[:-1]

@@ -13,6 +13,8 @@ from ichain_drake.demonstrations import Demonstration
 from ichain_drake.errors import ActiveCycleError, InputError
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning import InteractionModel
+from ichain_drake.learning.status.customary import Customary
+from ichain_drake.learning.status.inputs import ValueInput
 from ichain_drake.learning.tick import advance
 from ichain_drake.state import FloatArray
 
@@ -191,3 +193,15 @@ def test_a_spread_is_the_largest_of_what_acts_and_a_changes_that_of_its_amount_a
     np.testing.assert_allclose(spread([]), [0.3, np.sqrt(0.3**2 - 2 * 0.1**2 + 0.4**2), 0.1])
     np.testing.assert_allclose(spread(list(edges)), [0.5, np.sqrt(0.5**2 - 2 * 0.1**2 + 0.4**2), 0.1])
     np.testing.assert_allclose(spread([Interaction("fan", "lid")]), spread([]))
+
+
+def test_who_may_be_to_blame_is_who_is_looked_at_where_anything_was_customary(model: InteractionModel) -> None:
+    parents = GRAPH.parents(FILL.child)
+    assert len(parents) > 1
+    assert model.suspects(FILL) == (FILL.child, *parents)
+    learned, one = model.edges[FILL], ValueInput(parents[-1], 0, f"{parents[-1]}.x")
+    custom = Customary((one,), np.zeros(1), np.ones(1))
+    looked = replace(learned, status=replace(learned.status, inputs=()), customary=custom)
+    assert replace(model, edges={**model.edges, FILL: looked}).suspects(FILL) == (FILL.child, parents[-1])
+    with pytest.raises(InputError, match="no learned interaction"):
+        model.suspects(Interaction(FILL.child, FILL.child))

@@ -4,7 +4,8 @@ What it contradicted: an option that failed where it was predicted to work is le
 chain with what it drives or where it carries its object; where it failed is the state it began in. With a flat prior on
 the probability p that it works in that region, n failures make the mean of p 1 / (n + 2): the expected time of an
 option is its time over p, and each failure makes the next try another one (another demonstrated grasp, another way of
-holding). So no plan is ever repeated as it was.
+holding). So no plan is ever repeated as it was. What failed twice has a reason that the model doesn't know: it is left
+until nothing else is found, and what can be brought elsewhere is brought where such a step was shown to work.
 
 And where objects stood by themselves: there they stay when they are brought back, wherever anybody let go of them in
 demonstrations.
@@ -66,7 +67,7 @@ class Record:
     Args:
         model: the learned graph.
         contradictions: so far.
-        final: whether to take it for final that there was no way: several ends of it were asked for then.
+        final: whether what failed for a reason is left; else nothing is, since no other plan was found.
     """
 
     def __init__(
@@ -74,15 +75,22 @@ class Record:
     ) -> None:
         self._model, self._all, self._final = model, tuple(contradictions), final
 
-    def failures(self, step: PlanStep, states: States) -> int:
-        """How often an option failed in states like these; more than `LEARNING.few` where it is not to be tried again.
+    def failures(self, step: PlanStep, states: States) -> int | None:
+        """How often an option failed in states like these; None where it is left, since that has a reason.
+
+        It has where the robot found no way, of which several ends were asked for, and where a second try failed, too.
 
         Args:
             step: the option.
             states: in which it is to begin, shape (n_variables,) each.
         """
         alike = [c for c in self._all if self._same(c, step) and self._alike(c, states)]
-        return len(alike) + (LEARNING.few if self._final and any(c.no_way for c in alike) else 0)
+        return None if self._final and (len(alike) > 1 or any(c.no_way for c in alike)) else len(alike)
+
+    def doubted(self, states: States) -> frozenset[Interaction]:
+        """Interactions of chains that did not do what was predicted in states like these, of shape (n_variables,)."""
+        failed = (c.step.chain for c in self._all if not c.no_way and self._alike(c, states))
+        return frozenset(e for chain in failed for e in chain)
 
     def _same(self, past: Contradiction, other: PlanStep) -> bool:
         one = past.step
@@ -127,6 +135,6 @@ def expected_ticks(ticks: int, failures: int) -> int:
 
 
 def _around(model: InteractionModel, chain: Sequence[Interaction]) -> list[str]:
-    """Objects of a chain and all others that act on them, but the robot."""
-    names = {n for e in chain for n in (e.child, *model.graph.parents(e.child))}
+    """Objects that the interactions of a chain may depend on, but the robot."""
+    names = {n for e in chain for n in model.suspects(e)}
     return sorted(names.difference(model.graph.roots))

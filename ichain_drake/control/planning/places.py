@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import networkx as nx
 import numpy as np
@@ -16,6 +16,7 @@ from ichain_drake.control.planning.model import Batch, row, span
 from ichain_drake.control.planning.plan import Condition, States
 from ichain_drake.control.planning.slope import least_motion, slope
 from ichain_drake.control.settings import PLANNING
+from ichain_drake.graph import Interaction
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.rules import enabled
 from ichain_drake.state import FloatArray
@@ -28,14 +29,15 @@ def carry_targets(
     start: States,
     conditions: Sequence[Condition],
     enabling: Sequence[Enabling] = (),
+    doubted: Sequence[Collection[Interaction]] = (),
 ) -> list[list[FloatArray]]:
     """Poses worth carrying an object to, for each of several states.
 
     They are: what the goal wants of it, if it stays there (see `stays`), where it was at the start and was seen to
     stand before, for each other interaction of the object the place of a demonstration that makes it active most
-    surely, the nearest place at which none is, and places at which an interaction would be possible that is not where
-    the object is now (see `Enabling`). Where the object acts on a variable of the goal that keeps no value of its own,
-    also poses in even steps between its outermost places.
+    surely, the nearest place at which none is, and places at which an interaction would be possible that is not, or did
+    not do what was predicted, where the object is now (see `Enabling`). Where the object acts on a variable of the goal
+    that keeps no value of its own, also poses in even steps between its outermost places.
 
     Args:
         model: the learned graph.
@@ -44,6 +46,7 @@ def carry_targets(
         start: states at the start of planning.
         conditions: of the goal.
         enabling: where the object makes interactions possible.
+        doubted: interactions that did not do what was predicted, for each state; none without.
 
     Returns:
         Values of the followed variables, shape (n_follow,) each, for each state.
@@ -66,7 +69,10 @@ def carry_targets(
     if float(model.decide(carry.edge, start)) >= 0 and not stays(model, carry, back[0]):
         back = []  # it is in hand there
     width = span(model, obj)[carry.follow]
-    out, missing = [], [e.missing(model, frames, nodes) for e in enabling]
+    out, missing = (
+        [],
+        [e.missing(model, frames, nodes) | [e.edge in d for d in doubted or [()] * len(nodes)] for e in enabling],
+    )
     for k, (node, places) in enumerate(zip(nodes, known, strict=True)):
         here = node[obj][carry.follow]
         asked, found = [] if wanted is None else [wanted], []

@@ -204,9 +204,9 @@ class Search:
             nodes = [n for n in nodes if not n.is_taken(carry.edge.child, root)]
             free = can_hold(model, carry.edge, [n.states for n in nodes])
             nodes = [n for n, ok in zip(nodes, free, strict=True) if ok or n.held_by(root) is not None]
-            targets = carry_targets(
-                model, carry, [n.states for n in nodes], self.start, self.surer, side.options.enabling[carry.edge]
-            )
+            before, enabling = [n.states for n in nodes], side.options.enabling[carry.edge]
+            doubted = [self.record.doubted(s) for s in before]
+            targets = carry_targets(model, carry, before, self.start, self.surer, enabling, doubted)
             moves += [(n, carry, t, None) for n, places in zip(nodes, targets, strict=True) for t in places]
             here = [(n, n.states[carry.edge.child][carry.follow]) for n in nodes if n.held_by(root) is not None]
             moves += [(n, carry, place, None) for n, place in here if stays(model, carry, place)]  # let go of
@@ -326,7 +326,7 @@ class Search:
     ) -> list[SearchNode]:
         """The node that a step leads to, with what is held there, if it is not known to fail."""
         failures = self.record.failures(step, node.states)
-        if failures > LEARNING.few:
+        if failures is None:
             self.barred = self.dropped = True  # that it failed is no proof that it can't work
             return []
         if failures:

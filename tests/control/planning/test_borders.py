@@ -79,6 +79,18 @@ def test_an_object_is_brought_where_something_later_makes_its_interaction_possib
     assert [s.chain[-1] for s in found.steps] == [TAKE, FALL]
 
 
+def test_where_an_interaction_should_be_possible_and_failed_an_object_is_brought_where_it_was_shown() -> None:
+    model, there = tap(), {**TAP_START, "cup": np.array([0.5, 0.0])}
+    place = model.gates[FALL]
+    model.gates[FALL] = lambda s: np.minimum(place(s) + 0.6, s["tap"][:, 0] - 0.5)
+    carry = find_carries(model)[0]
+    enabling = find_enabling(model, carry)
+    assert [e.missing(model, Frames(model), [there]).tolist() for e in enabling if e.edge == FALL] == [[False]]
+    for doubted, brought in (((), 0), ((TAKE,), 0), ((TAKE, FALL), 1)):
+        (targets,) = carry_targets(model, carry, [there], there, (), enabling, [doubted])
+        assert len(targets) == len(carry_targets(model, carry, [there], there, ())[0]) + brought
+
+
 def test_a_place_and_an_opening_that_one_motion_changes_are_wanted_together() -> None:
     model = tap()
     # The cup's water is told by its place: a drawer's opening, say.
