@@ -43,13 +43,13 @@ def by_part(values: FloatArray, part: NDArray[np.intp]) -> FloatArray:
     return np.asarray(np.bincount(part, weights=values, minlength=int(part.max(initial=-1)) + 1), dtype=float)
 
 
-def log_probability(truth: NDArray[np.bool_], inside: FloatArray, slip: float) -> FloatArray:
-    """Log-likelihood of flags, shape (n,).
+def log_probability(truth: NDArray[np.bool_], inside: FloatArray, slip: float | FloatArray) -> FloatArray:
+    """Log-likelihood of flags, shape (n,); of several slips, shape (n_slips, n).
 
     Args:
         truth: flags, shape (n,).
         inside: probability that the state is one in which the flag is set, shape (n,).
-        slip: probability that a flag is wrong.
+        slip: probability that a flag is wrong; several of shape (n_slips, 1).
     """
     on = slip + (1.0 - 2.0 * slip) * inside
     return np.asarray(np.log(np.where(truth, on, 1.0 - on)))
@@ -76,13 +76,15 @@ def calibrated(decisions: FloatArray, truth: NDArray[np.bool_], least: float) ->
         spread, slip, and the log-likelihood of each row, shape (n,).
     """
     unit = float(np.median(np.abs(decisions))) or 1.0
+    slips = np.geomspace(min(least, 0.4), 0.49, 9)
     best: tuple[float, float, FloatArray] | None = None
+    highest = -np.inf
     for spread in unit * np.geomspace(1e-3, 10.0, 33):
-        inside = ndtr(decisions / spread)
-        for slip in np.geomspace(min(least, 0.4), 0.49, 9):
-            rows = log_probability(truth, inside, float(slip))
-            if best is None or rows.sum() > best[2].sum():
-                best = float(spread), float(slip), rows
+        rows = log_probability(truth, ndtr(decisions / spread), slips[:, None])
+        sums = rows.sum(axis=1)
+        k = int(np.argmax(sums))
+        if best is None or sums[k] > highest:
+            best, highest = (float(spread), float(slips[k]), rows[k]), sums[k]
     assert best is not None
     return best
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, Protocol, runtime_checkable
+from functools import cache
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -42,7 +43,6 @@ def _powers(base: Any, exponent: Any) -> _Numbers:
     return np.array(powers, dtype=float).reshape(bases.shape).view(_Numbers)
 
 
-@runtime_checkable
 class DecidesRows(Protocol):
     """An object that knows how to decide for many runs at once; any other decides row by row."""
 
@@ -65,8 +65,8 @@ def decide_rows(
     system: WorldObject, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
 ) -> Mapping[str, BoolArray]:
     """See `DecidesRows`; for any object."""
-    if isinstance(system, DecidesRows) and _same_rule(type(system)):
-        return system.decide_rows(state, parents, active)
+    if _decides_rows(type(system)):  # type: ignore[arg-type] # Drake tells the types of hashes otherwise
+        return cast("DecidesRows", system).decide_rows(state, parents, active)
     rows = [
         system.decide_active(s, _row(parents, i), {p: bool(v[i]) for p, v in active.items()}, None)
         for i, s in enumerate(state)
@@ -74,10 +74,11 @@ def decide_rows(
     return {p: np.array([row[p] for row in rows], dtype=bool) for p in parents}
 
 
-def _same_rule(kind: type) -> bool:
-    """Whether `decide_rows` tells of `decide_active`, and not of one that a subclass has replaced."""
+@cache
+def _decides_rows(kind: type[WorldObject]) -> bool:
+    """Whether there is a `decide_rows`, which tells of `decide_active` and not of one that a subclass has replaced."""
     names = ("decide_rows", "decide_active")
-    return next(name for c in kind.__mro__ for name in names if name in vars(c)) == names[0]
+    return next((name for c in kind.__mro__ for name in names if name in vars(c)), "") == names[0]
 
 
 def unlike(one: Any, other: Any) -> bool:
@@ -121,8 +122,8 @@ class ObjectRows:
         for other in objects:
             if type(other) is not type(first) or unlike(_made_of(first, other), _made_of(other, first)):
                 raise NotTogetherError(f"{first.get_name()} differs from run to run")
-        if settings.body_size or settings.dropouts or type(first).settle is not WorldObject.settle:
-            raise NotTogetherError(f"{first.get_name()} has a body, drop-outs, or settles")
+        if settings.body_size or settings.dropouts:
+            raise NotTogetherError(f"{first.get_name()} has a body or drop-outs")
         self._object, self._each = first, list(objects)
         self._process = NoiseRows([o._process_noise for o in objects])
         self._sensor = NoiseRows([o._sensor_noise for o in objects])
@@ -132,6 +133,11 @@ class ObjectRows:
     def immediate(self) -> bool:
         """Whether it mirrors its parents at once."""
         return self._object.immediate
+
+    @property
+    def settles(self) -> bool:
+        """Whether it has to settle once modes are decided."""
+        return type(self._object).settle is not WorldObject.settle
 
     def decide(self, state: FloatArray, parents: ParentStates, active: FloatArray) -> FloatArray:
         """Which incoming interactions are active, shape (n, n_parents), from before."""
@@ -153,24 +159,62 @@ class ObjectRows:
         noise = self._process.at(frame) * self._object.settings.noise_scale
         told = {p: parents[p] for p in self._object.parents}
         on = dict(zip(told, active.T, strict=True))
-        after = self._stepped(state, told, on, noise)
-        if frame < FRAMES_PER_TICK:
-            rows = zip(self._each, state, noise, strict=True)
-            alone = [o.step(s, _row(told, i), _row(on, i), n, FRAME) for i, (o, s, n) in enumerate(rows)]
-            if not np.array_equal(alone, after):  # an object may take its state apart into arrays, not into numbers
+
+        def alone(own: WorldObject, i: int) -> FloatArray:
+            return own.step(state[i], _row(told, i), _row(on, i), noise[i], FRAME)
+
+        def together(view: type[np.ndarray]) -> Any:
+            modes = {p: v.view(view) for p, v in on.items()}
+            return self._object.step(state.view(view), _viewed(told, view), modes, noise.view(view), FRAME)
+
+        return self._same("step", state, together, alone if frame < FRAMES_PER_TICK else None)
+
+    def settle(self, state: FloatArray, parents: ParentStates, active: FloatArray, *, surely: bool) -> FloatArray:
+        """States at the instant itself, shape (n, n_variables), once it is decided what is active.
+
+        Args:
+            state, parents, active: as for `step`.
+            surely: whether every row is settled by its own object too.
+
+        Raises:
+            NotTogetherError: as for `step`.
+        """
+        told = {p: parents[p] for p in self._object.parents}
+        on = {p: v > 0.5 for p, v in zip(told, active.T, strict=True)}  # noqa: PLR2004 - 0 or 1
+
+        def alone(own: WorldObject, i: int) -> FloatArray:
+            return own.settle(state[i], _row(told, i), {p: bool(v[i]) for p, v in on.items()})
+
+        def together(view: type[np.ndarray]) -> Any:
+            return self._object.settle(state.view(view), _viewed(told, view), on)  # type: ignore[arg-type] # rows
+
+        return self._same("settle", state, together, alone if surely else None)
+
+    def _same(
+        self,
+        what: str,
+        state: FloatArray,
+        together: Callable[[type[np.ndarray]], Any],
+        alone: Callable[[WorldObject, int], FloatArray] | None,
+    ) -> FloatArray:
+        """What is calculated for all rows; of each row alone, too, if that is to be compared."""
+        after = self._calculated(what, state, together)
+        if alone is not None:
+            rows = [alone(own, i) for i, own in enumerate(self._each)]
+            if not np.array_equal(rows, after):  # an object may take its state apart into arrays, not into numbers
                 self._view = np.ndarray
-                after = self._stepped(state, told, on, noise)
-            if not np.array_equal(alone, after):
-                raise NotTogetherError(f"{self._object.get_name()}: step gives other bits for many rows than for one")
+                after = self._calculated(what, state, together)
+            if not np.array_equal(rows, after):
+                raise NotTogetherError(f"{self._object.get_name()}: {what} gives other bits for many rows than for one")
         return after
 
-    def _stepped(self, state: FloatArray, parents: ParentStates, on: ParentStates, noise: FloatArray) -> FloatArray:
-        many = {p: v.view(self._view) for p, v in parents.items()}
-        modes = {p: v.view(self._view) for p, v in on.items()}
-        after = self._object.step(state.view(self._view), many, modes, noise.view(self._view), FRAME)
-        after = np.array(after, dtype=float)
+    def _calculated(self, what: str, state: FloatArray, together: Callable[[type[np.ndarray]], Any]) -> FloatArray:
+        try:
+            after = np.array(together(self._view), dtype=float)
+        except Exception as error:  # an object that takes one row at a time; what else is wrong shows where it does
+            raise NotTogetherError(f"{self._object.get_name()}: {what} takes no rows: {error}") from error
         if after.shape != state.shape or not np.abs(after).max(initial=0.0) <= _LARGEST:
-            raise NotTogetherError(f"{self._object.get_name()}: step gives what are no states of many rows")
+            raise NotTogetherError(f"{self._object.get_name()}: {what} gives what are no states of many rows")
         return after
 
     def measure(self, state: FloatArray, frame: int) -> FloatArray:
@@ -186,3 +230,7 @@ class ObjectRows:
 
 def _row(values: Mapping[str, FloatArray], i: int) -> dict[str, FloatArray]:
     return {name: value[i] for name, value in values.items()}
+
+
+def _viewed(values: Mapping[str, FloatArray], view: type[np.ndarray]) -> dict[str, FloatArray]:
+    return {name: value.view(view) for name, value in values.items()}

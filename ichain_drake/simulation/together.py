@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -55,7 +55,7 @@ def follow_path_together(
         wanted = path.at_time(path.time[progress][:, None] + ahead)
         states = [world.states[o] if o in truth else world.measured(o) for o in controller.reads]
         command, memory, _ = policy.decide(states, wanted, memory)
-        log.add(running, tick, world.tick(command), command)
+        log.add(running, tick, world.frames(command), command)
         position = world.measured(commander.followed)[:, targets]
         progress = path.advance_rows(position, progress, search)
         passed = log.states[commander.followed][running, first : first + FRAMES_PER_TICK + 1][..., true_targets]
@@ -89,7 +89,7 @@ class _Logs:
         for name, state in states.items():
             self.states[name][:, 0] = state
 
-    def add(self, runs: IntArray, tick: int, frames: Sequence[Mapping[str, FloatArray]], command: FloatArray) -> None:
+    def add(self, runs: IntArray, tick: int, frames: Iterable[Mapping[str, FloatArray]], command: FloatArray) -> None:
         """A tick of some of the runs."""
         begin = tick * FRAMES_PER_TICK + 1
         self._last[runs] = begin + FRAMES_PER_TICK - 1

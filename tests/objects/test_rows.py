@@ -120,3 +120,23 @@ def test_rows_are_not_decided_by_a_rule_that_a_subclass_has_replaced() -> None:
         stick = kind("stick", {"hand": HAND})
         states = np.tile(stick.default_state(), (2, 1))
         np.testing.assert_array_equal(decide_rows(stick, states, closed, before)["hand"], [held, held])
+
+
+class Leaning(Squared):
+    """Where it is follows from all rows, while it is touched."""
+
+    def settle(self, state: Any, parents: Any, active: Any) -> Any:
+        if not np.any(active["knob"]):
+            return state
+        return state + (state.mean(axis=0) if state.ndim > 1 else 0.0)
+
+
+def test_what_settles_is_compared_with_each_row_alone_where_that_is_asked() -> None:
+    rows, states = rows_of(Leaning, 3), np.arange(6.0).reshape(3, 2)
+    assert rows.settles
+    assert not rows_of(Squared, 3).settles
+    told, off, on = {"knob": np.ones((3, 1))}, np.zeros((3, 1)), np.ones((3, 1))
+    np.testing.assert_array_equal(rows.settle(states, told, off, surely=True), states)
+    np.testing.assert_array_equal(rows.settle(states, told, on, surely=False), states + states.mean(axis=0))
+    with pytest.raises(NotTogetherError, match="thing: settle gives other bits for many rows than for one"):
+        rows.settle(states, told, on, surely=True)

@@ -22,7 +22,6 @@ from ichain_drake.learning import learn_interactions
 from ichain_drake.learning.discovery.labels import label_pieces
 from ichain_drake.learning.library.parts import load_parts
 from ichain_drake.objects import Jug, Pot
-from ichain_drake.objects.rows import NotTogetherError
 from ichain_drake.remote.messages import command_names
 from ichain_drake.robot import HandSpec, IdealHand
 from ichain_drake.runs.goals.run import GraphRun, run_graph
@@ -37,7 +36,6 @@ from ichain_drake.systems.lidded_pot.layout import HANDS, JUG, LEFT, LID, POT, R
 from ichain_drake.systems.lidded_pot.scenario import LiddedPot
 from ichain_drake.timing import TICK
 from ichain_drake.world import World
-from ichain_drake.world.rows import WorldRows
 
 NAMES = ("y", "z", "roll", "grip")
 STEPS = {"hold", "pour", "let go"}
@@ -298,11 +296,6 @@ def test_robots_that_do_not_fit_the_graph_are_refused() -> None:
     other = IdealHand(HandSpec(["y", "z"], {"x": 0.6}), scenario().config.robot.home_hand())
     with pytest.raises(InputError, match="robot right_hand: its port state has 2 values, the graph declares 4"):
         World(world.graph, {LEFT: fresh.robots[LEFT], RIGHT: other}, fresh.objects)
-
-
-def test_worlds_with_several_hands_are_not_calculated_together() -> None:
-    with pytest.raises(NotTogetherError, match="worlds with one hand"):
-        WorldRows([scenario().make_world(0), scenario().make_world(1)])
 
 
 def test_tables_alone_tell_which_are_the_robots() -> None:

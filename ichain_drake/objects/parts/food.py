@@ -195,7 +195,7 @@ class Food(WorldObject):
         moved[2] = np.maximum(moved[2], self.support(*moved) + half)
         stands = np.array([middle[0], middle[1], self.support(*middle) + half])
         middle = np.where(held.T, moved, np.where(was.T, stands, middle))
-        s[:3] = self.food.camera.from_robot(middle.T).T
+        s[:3] = np.where(held.T | was.T, self.food.camera.from_robot(middle.T).T, s[:3])
         s[self._holding] = held.T
         self._faults.slipped(s, was.T & ~held.T & (hand.T[self._read.grip_index] > _CUT))
         return s.T

@@ -204,7 +204,7 @@ class Cup(WorldObject):
         stop = self.support(moved[0], moved[1], moved[2]) + self.cup.height * np.maximum(axis[2], 0.0)
         moved[2] = np.maximum(moved[2], stop)
         rim = np.where(held, moved, np.array([rim[0], rim[1], np.where(falls, floor, rim[2])]))
-        s[:3] = self.cup.camera.from_robot(rim.T).T
+        s[:3] = np.where(held | falls, self.cup.camera.from_robot(rim.T).T, s[:3])
         s[3] = np.where(held, tilt, np.where(falls, 0.0, s[3]))
         s[self._lean] = np.where(held, lean, np.where(falls, 0.0, s[self._lean]))
         self._faults.slipped(s, falls & (hand.T[self._read.grip_index] > _CUT))
