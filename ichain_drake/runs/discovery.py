@@ -25,12 +25,16 @@ from ichain_drake.runs.clusters.workers import Say, Workers
 from ichain_drake.runs.discovery_scores import Row, cut_scores, edge_scores, one_recording_each, scores, summary
 from ichain_drake.runs.distractors import SPACES as DISTRACTORS
 from ichain_drake.runs.distractors import distracted
+from ichain_drake.runs.goals.run import GraphRun, own_goal, run_graph
+from ichain_drake.runs.goals.unlabelled import Taught
+from ichain_drake.runs.learn import learn
 from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import evaluate_jobs
 from ichain_drake.scenarios.base import Scenario
+from ichain_drake.scenarios.graph_scenario import GraphScenario
 
-LABELS, EDGES, CUTS, DISTRACTED = "labels", "edges", "cuts", "edges@distractors"
-METHODS = (LABELS, EDGES, CUTS, DISTRACTED, *BASELINES)
+LABELS, EDGES, CUTS, DISTRACTED, TASK = "labels", "edges", "cuts", "edges@distractors", "task"
+METHODS = (LABELS, EDGES, CUTS, DISTRACTED, TASK, *BASELINES)
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,7 @@ class DiscoveryTrial:
         physics: of the world.
         seed: of the demonstrations.
         methods: `labels` (the graph is given), `edges` (it isn't; `@distractors` among objects that act on nothing),
-            `cuts` (of all pieces in one recording), and baselines.
+            `cuts` (all pieces in one recording), `task` (the goal, from states alone and from true flags), and others.
     """
 
     kind: type[Scenario]
@@ -65,7 +69,10 @@ class DiscoveryTrial:
             for name, method in zip(self.ids, self.methods, strict=True):
                 if name in ids:
                     began = time.process_time()
-                    figures = _figures(pieces, scenario.graph, method, self.seed)
+                    if method == TASK:
+                        figures = _task(pieces, scenario)
+                    else:
+                        figures = _figures(pieces, scenario.graph, method, self.seed)
                     seconds = round(time.process_time() - began, 1)
                     yield name, self._row(method) | figures | {"seconds": seconds}
 
@@ -101,6 +108,22 @@ def _figures(pieces: Sequence[Demonstration], graph: InteractionGraph, method: s
     return scores(about, pieces, graph) | {"rivals": rivals}
 
 
+def _task(pieces: Sequence[Demonstration], scenario: Any) -> Row:
+    """What `run --unlabelled --no-graph` makes of a seed, and the same run from true flags and graph."""
+    goal = own_goal(scenario)
+    alone = GraphRun(scenario, goal, taught=Taught(unlabelled=True, no_graph=True))
+    try:
+        run_graph(alone)
+        why = "" if alone.goal_reached else alone.reason
+    except InputError as error:  # from what was found nothing can be learned
+        why = str(error)
+    told = GraphRun(scenario, goal)
+    run_graph(told, known=learn(scenario, pieces))
+    found = () if alone.labels is None else alone.labels.found
+    figures = scores(found, pieces, scenario.graph)
+    return figures | {"reached": not why, "why": why, "reached_with_flags": told.goal_reached}
+
+
 @dataclass(frozen=True)
 class DiscoveryEvaluation:
     """What is evaluated.
@@ -123,12 +146,14 @@ class DiscoveryEvaluation:
         """Refuse what can't be evaluated.
 
         Raises:
-            InputError: on other methods beside these, or no trial.
+            InputError: on other methods beside these, one that isn't for the system, or no trial.
         """
         other = [m for m in self.methods if m not in METHODS]
         if other:
             raise InputError(f"{other[0]} can't be evaluated beside {', '.join(METHODS)}; ask for it by itself")
         check_baselines(self.methods)
+        if TASK in self.methods and not isinstance(self.scenario, GraphScenario):
+            raise InputError(f"{self.scenario.name} follows paths: {TASK} is for systems with a goal")
         if self.trials < 1:
             raise InputError("--trials and --jobs: give numbers from 1")
 

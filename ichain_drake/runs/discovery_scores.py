@@ -17,6 +17,7 @@ from ichain_drake.state import BoolArray
 from ichain_drake.timing import TICK
 
 _KEYS = ("all", "shown", "switchings")
+_TASKS = ("reached", "reached_with_flags")
 
 Row = dict[str, Any]
 
@@ -105,7 +106,7 @@ def joined(pieces: Sequence[Demonstration], name: str) -> Demonstration:
 
 
 def summary(method: str, rows: Sequence[Mapping[str, Any]]) -> Row:
-    """One line of the table: sums over seeds, and the lowest and mean F1 of flags."""
+    """One line of the table: sums over seeds, and the mean F1 of flags; of tasks, how many reached their goals."""
     done = [r for r in rows if not r["reason"]]
     every = [f for r in done for f in r["flags"].values()]
     edges = sum(r["true"] for r in done)
@@ -120,5 +121,6 @@ def summary(method: str, rows: Sequence[Mapping[str, Any]]) -> Row:
         "mean_shd": float(np.mean([r["shd"] for r in done])) if done else None,
         "exact": sum(r["shd"] == 0 for r in done),
         **{f"f1_{key}": float(np.mean([f[key] for f in every])) if every else None for key in _KEYS},
+        **{key: sum(r[key] for r in done) if done and key in done[0] else None for key in _TASKS},
         "seconds": float(np.mean([r["seconds"] for r in done])) if done else None,
     }

@@ -1,18 +1,23 @@
 """Figures of what was found out of states."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import bath_log
 import numpy as np
 import pytest
 
+from ichain_drake.cli.evaluate_discovery import format_discovery
+from ichain_drake.errors import InputError
 from ichain_drake.graph import Interaction
 from ichain_drake.learning.discovery.search import FoundEdge
 from ichain_drake.runs import discovery
 from ichain_drake.runs.discovery_scores import cut_scores, edge_scores, one_recording_each, scores, summary
+from ichain_drake.systems import load_scenario
 from ichain_drake.timing import TICK
 
+BATH = Path(__file__).parents[2] / "examples" / "own_system" / "bath.py"
 PIECES = bath_log.pieces(2)
 
 
@@ -118,3 +123,42 @@ def test_labels_know_the_graph_and_edges_do_not(monkeypatch: pytest.MonkeyPatch)
     assert list(rows) == ["labels/7", "edges/7"]
     assert [r["method"] for r in rows.values()] == ["labels", "edges"]
     assert all(r["shd"] == 2 for r in rows.values())
+
+
+def test_a_task_is_run_from_states_alone_and_from_true_flags() -> None:
+    scenario = load_scenario(str(BATH), [], "ideal", 70300)
+    trial = discovery.DiscoveryTrial(type(scenario), (), "ideal", 70300, ("task",))
+    ((name, row),) = trial.run(trial.ids)
+    assert name == "task/70300"
+    assert (row["shd"], row["reached"], row["why"], row["reached_with_flags"]) == (0, True, "", True)
+    line = summary("task", [row, row | {"reached": False}])
+    assert (line["reached"], line["reached_with_flags"], line["exact"]) == (1, 2, 2)
+    assert summary("edges", [{k: row[k] for k in row if "reached" not in k}])["reached"] is None
+
+
+def test_a_task_that_can_not_be_learned_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(run: object, known: object = None) -> None:
+        if known is None:
+            raise InputError("tap: the pieces don't show that anything acts on it")
+
+    monkeypatch.setattr(discovery, "run_graph", nothing)
+    monkeypatch.setattr(discovery, "own_goal", lambda scenario: ("tank.level >= 0.5",))
+    monkeypatch.setattr(discovery, "learn", lambda *given: "model")
+    run = SimpleNamespace(labels=None, goal_reached=True, reason="")
+    monkeypatch.setattr(discovery, "GraphRun", lambda *given, **more: run)
+    row = discovery._task(PIECES, SimpleNamespace(graph=bath_log.GRAPH))
+    assert (row["reached"], row["shd"], row["reached_with_flags"]) == (False, 2, True)
+    assert "anything acts on it" in row["why"]
+    table = format_discovery(
+        SimpleNamespace(name="bath", physics="ideal"),  # type: ignore[arg-type]
+        {"rows": [row | {"seed": 7, "method": "task", "reason": ""}],
+         "table": [summary("task", [row | {"reason": "", "seconds": 1.0}])]},
+    )  # fmt: skip
+    assert "seed 7, task: missing hand->lever, missing lever->tank, tap: the pieces" in table
+
+
+def test_paths_have_no_task() -> None:
+    scenario = load_scenario("car_game", [], "ideal", 1)
+    what = discovery.DiscoveryEvaluation(scenario, (), 1, ("edges", "task"))
+    with pytest.raises(InputError, match="car_game follows paths: task is for systems with a goal"):
+        what.check()
