@@ -8,49 +8,9 @@ from typing import Any
 
 from rich.table import Table
 
-from ichain_drake.cli.evaluation import Evaluation, run_evaluation, table_text
-from ichain_drake.runs.calibration import (
-    HELD_OUT,
-    LEVELS,
-    SET_ASIDE,
-    CalibrationEvaluation,
-    bins_of,
-    evaluate_calibration,
-)
-from ichain_drake.runs.clusters.workers import Workers
+from ichain_drake.cli.evaluation import table_text
+from ichain_drake.runs.calibration import HELD_OUT, LEVELS, SET_ASIDE, bins_of
 from ichain_drake.scenarios.base import Scenario
-
-
-def evaluate_calibration_of(
-    scenario: Scenario,
-    overrides: Sequence[str],
-    trials: int,
-    methods: Sequence[str],
-    workers: Workers,
-    report: str | None,
-    output: Path | None = None,
-    *,
-    resume: bool = False,
-) -> None:
-    """Evaluate, print the tables, write the report and the pictures.
-
-    Raises:
-        InputError: on other methods, or a file that can't be written.
-        EvaluationInterrupted: on Ctrl-C, once the report on what was finished is written.
-    """
-    what = CalibrationEvaluation(scenario, tuple(overrides), trials, tuple(methods), workers)
-    what.check()
-    evaluation = Evaluation(
-        scenario,
-        trials,
-        "seeds",
-        "every seed was evaluated",
-        evaluate=lambda say, rows: evaluate_calibration(what, say, rows),
-        text=lambda found: format_calibration(scenario, found),
-        pictures=write_pictures,
-        asked={"settings": list(overrides), "methods": list(methods)},
-    )
-    run_evaluation(evaluation, report, output, resume=resume)
 
 
 def format_calibration(scenario: Scenario, found: Mapping[str, Any]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from rich.console import Console
 from rich.table import Table
@@ -116,3 +116,62 @@ def table_text(view: Table, note: str) -> str:
         console.print(view)
         console.print(note)
     return capture.get().rstrip()
+
+
+class OverSeeds(Protocol):
+    """What is evaluated on demonstrations of several seeds; see `DiscoveryEvaluation`, `CalibrationEvaluation`."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """With the first seed and the physics."""
+
+    @property
+    def overrides(self) -> tuple[str, ...]:
+        """Its settings."""
+
+    @property
+    def trials(self) -> int:
+        """Number of seeds."""
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """What is evaluated of each."""
+
+    def check(self) -> None:
+        """Refuse what can't be evaluated, by an `InputError`."""
+
+
+def evaluate_seeds(
+    what: OverSeeds,
+    evaluate: Callable[[Any, Say, RowFile], dict[str, Any]],
+    text: Callable[[Scenario, dict[str, Any]], str],
+    pictures: Callable[[dict[str, Any], Path], None],
+    report: str | None,
+    output: Path | None = None,
+    *,
+    resume: bool = False,
+) -> None:
+    """`run_evaluation` of demonstrations of several seeds.
+
+    Args:
+        what: is evaluated.
+        evaluate: does the work.
+        text: the tables as text.
+        pictures, report, output, resume: see `Evaluation` and `run_evaluation`.
+
+    Raises:
+        InputError: as `OverSeeds.check`, or on a file that can't be written.
+        EvaluationInterrupted: on Ctrl-C, once the report on what was finished is written.
+    """
+    what.check()
+    evaluation = Evaluation(
+        what.scenario,
+        what.trials,
+        "seeds",
+        "every seed was evaluated",
+        evaluate=lambda say, rows: evaluate(what, say, rows),
+        text=lambda found: text(what.scenario, found),
+        pictures=pictures,
+        asked={"settings": list(what.overrides), "methods": list(what.methods)},
+    )
+    run_evaluation(evaluation, report, output, resume=resume)

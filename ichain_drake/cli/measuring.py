@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -46,24 +47,27 @@ def evaluate(
     """
     from ichain_drake import rules
     from ichain_drake.cli.evaluate import evaluate_path_scenario
-    from ichain_drake.cli.evaluate_calibration import evaluate_calibration_of
-    from ichain_drake.cli.evaluate_discovery import evaluate_discovery_of
+    from ichain_drake.cli.evaluate_calibration import format_calibration, write_pictures
+    from ichain_drake.cli.evaluate_discovery import format_discovery
     from ichain_drake.cli.evaluate_graph import evaluate_goal_scenario
-    from ichain_drake.runs.calibration import CALIBRATION
+    from ichain_drake.cli.evaluation import evaluate_seeds
+    from ichain_drake.runs.calibration import CALIBRATION, CalibrationEvaluation, evaluate_calibration
     from ichain_drake.runs.clusters.workers import Workers
-    from ichain_drake.runs.discovery import METHODS
+    from ichain_drake.runs.discovery import METHODS, DiscoveryEvaluation, evaluate_discovery
     from ichain_drake.scenarios import PathScenario
 
     workers = Workers(jobs, cluster, trial_timeout)
     loaded = scenario_named(scenario, settings, physics, seed)
     names = [m.strip() for m in methods.split(",") if m.strip()]
     with rules.without(without):
+        over_seeds = (loaded, tuple(settings), 5 if trials is None else trials, tuple(names), workers)
+        files: dict[str, Any] = {"report": report, "output": output, "resume": resume}
         if set(names) & set(METHODS):
-            count = 5 if trials is None else trials
-            evaluate_discovery_of(loaded, list(settings), count, names, workers, report, output, resume=resume)
+            found = DiscoveryEvaluation(*over_seeds)
+            evaluate_seeds(found, evaluate_discovery, format_discovery, lambda found, folder: None, **files)
         elif CALIBRATION in names:
-            count = 5 if trials is None else trials
-            evaluate_calibration_of(loaded, list(settings), count, names, workers, report, output, resume=resume)
+            calibrated = CalibrationEvaluation(*over_seeds)
+            evaluate_seeds(calibrated, evaluate_calibration, format_calibration, write_pictures, **files)
         elif isinstance(loaded, PathScenario):
             if shared and fresh:
                 raise IchainError(f"{scenario} follows paths: give one of --fresh and --shared")
