@@ -56,23 +56,29 @@ def find_carries(model: InteractionModel) -> tuple[CarryOption, ...]:
 
 
 def _stood(model: InteractionModel, frames: Frames, carry: Interaction) -> list[Batch]:
-    """For each interaction whose ends' relative place matters, states in the middle of where the object stood in it.
+    """For each interaction of an object, states in the middle of where it stood while that was active.
 
-    The few places where it was let go of may all be near the border; readings of many rows say where the middle is.
+    The few places where it was let go of may all be near the border, or none of them within: in some demonstrations it
+    stood there from the beginning. Readings of many rows say where the middle is. Where they are of several places, the
+    middle may be none.
     """
     out, obj = [], carry.child
+    holds = [e for e in model.graph.interactions if e.child == obj and model.graph.by_robot(e)]
     for e in model.graph.interactions:
-        if e == carry or obj not in (e.parent, e.child) or model.graph.by_robot(e) or not frames.is_relative(e):
+        if obj not in (e.parent, e.child) or model.graph.by_robot(e):
             continue
         samples = dict(model.edges[e].examples.active)
-        rows = np.flatnonzero((model.decide(carry, samples) < 0.0) & (model.decide(e, samples) >= 0.0))
+        free = np.all([model.decide(h, samples) < 0.0 for h in holds], axis=0)
+        rows = np.flatnonzero(free & (model.decide(e, samples) >= 0.0))
         if not len(rows):
             continue
-        samples, other = take(samples, rows), e.child if obj == e.parent else e.parent
+        samples = take(samples, rows)
         middle = {n: np.median(v, axis=0) for n, v in samples.items()}
-        beside_it = frames.along(obj, samples[obj], other, samples[other], middle[other])
-        middle[obj] = np.median(beside_it, axis=0)
-        out.append({n: v[None] for n, v in middle.items()})
+        if frames.is_relative(e):
+            other = e.child if obj == e.parent else e.parent
+            middle[obj] = np.median(frames.along(obj, samples[obj], other, samples[other], middle[other]), axis=0)
+        if float(model.decide(e, middle)) >= 0.0:
+            out.append({n: v[None] for n, v in middle.items()})
     return out
 
 
