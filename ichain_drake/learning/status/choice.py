@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.learning.selection import borne_out, by_part, clearly, least_slip, log_probability
+from ichain_drake.learning.settings import LEARNING
 from ichain_drake.learning.status.box import BoxClassifier
 from ichain_drake.learning.status.inputs import StatusInput
 from ichain_drake.state import BoolArray, FloatArray
@@ -54,6 +55,7 @@ class InputChoice:
         self.truth, self.piece, self.fold, self.begins = truth, piece, fold, begins
         self.slip = least_slip(truth)
         # Two searches, and each step of one, ask about the same inputs again: a box is small, so all are kept.
+        self._stays: dict[Candidate, BoolArray] = {}
         self._boxes: dict[tuple[tuple[Candidate, ...], bool, bool], list[tuple[int | None, BoxClassifier]]] = {}
 
     def choose(self, candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -163,7 +165,26 @@ class InputChoice:
         gain = self._likelihood((*chosen, *further), onset=onset, seen=seen) - self._likelihood(
             tuple(chosen), onset=onset, seen=seen
         )
-        return by_part(gain, self.piece[self._rows(onset=onset)])
+        rows = self._rows(onset=onset)
+        return by_part(gain * self._share((*chosen, *further))[rows], self.piece[rows])
+
+    def _share(self, looked: Sequence[Candidate]) -> FloatArray:
+        """What each row counts, shape (n,): readings of one state, again and again, are one observation of its flag."""
+        begins = np.any([self._moved(c) for c in looked], axis=0)
+        stay = np.cumsum(begins) - 1
+        return np.asarray(1.0 / np.bincount(stay)[stay])
+
+    def _moved(self, candidate: Candidate) -> BoolArray:
+        """Whether an input, or the flag, or the piece is another one than where the row's stay began, shape (n,)."""
+        if candidate not in self._stays:
+            first, out = 0, np.zeros(len(self.truth), dtype=bool)
+            near = LEARNING.clear * np.sqrt(2.0) * candidate.noise
+            for i, (value, flag, piece) in enumerate(zip(candidate.values, self.truth, self.piece, strict=True)):
+                same = i and flag == self.truth[first] and piece == self.piece[first]
+                if not same or (np.abs(value - candidate.values[first]) > near).any():
+                    first, out[i] = i, True
+            self._stays[candidate] = out
+        return self._stays[candidate]
 
     def left_out(self, chosen: Sequence[Candidate]) -> FloatArray:
         """Log-likelihood of each row's flag, shape (n,), by a box that has not seen its fold."""

@@ -146,3 +146,33 @@ def test_of_inputs_that_tell_the_same_the_one_that_is_missed_least_goes(monkeypa
     truth = np.arange(100) % 50 < 25
     made = InputChoice(truth, np.repeat([0, 1], 50), np.repeat([0, 1], 50), ~truth)
     assert made._searched([switch, place, water], by_role=True) == [switch, place]
+
+
+def a_choice(x: np.ndarray, truth: np.ndarray, piece: np.ndarray) -> tuple[InputChoice, list[Candidate]]:
+    columns = [Candidate(ValueInput("thing", i, f"x{i}"), x[:, [i]], np.full(1, NOISE)) for i in range(x.shape[1])]
+    return InputChoice(truth, piece, piece, np.ones(len(truth), dtype=bool)), columns
+
+
+def test_readings_of_one_state_are_one_observation_of_its_flag() -> None:
+    x = np.array([[0.0, 0.0], [0.02, 0.0], [-0.02, 5.0], [1.0, 5.0], [1.01, 5.0], [1.0, 5.0], [1.0, 5.0]])
+    truth = np.array([0, 0, 0, 0, 0, 1, 1], dtype=bool)
+    choice, (one, other) = a_choice(x, truth, np.array([0, 0, 0, 0, 0, 0, 1]))
+    np.testing.assert_allclose(choice._share([one]), [1 / 3] * 3 + [1 / 2] * 2 + [1, 1])
+    np.testing.assert_allclose(choice._share([other]), [1 / 2] * 2 + [1 / 3] * 3 + [1, 1])
+    np.testing.assert_allclose(choice._share([one, other]), [1 / 2] * 2 + [1] + [1 / 2] * 2 + [1, 1])
+    slow, (drift,) = a_choice(np.arange(8.0)[:, None] * 3 * NOISE, np.zeros(8, dtype=bool), np.zeros(8, dtype=int))
+    np.testing.assert_allclose(slow._share([drift]), 1 / 2, err_msg="what goes on slowly is not one state")
+
+
+def test_who_stands_longer_tells_no_more() -> None:
+    rng = np.random.default_rng(3)
+    x, piece = rng.uniform(-1, 1, (60, 2)), np.repeat(np.arange(6), 10)
+    truth = (np.abs(x[:, 0]) < 0.5) & (x[:, 1] < 0.3)
+    (once, (a, b)), (often, (c, d)) = (
+        a_choice(*(np.repeat(v, n, axis=0) for v in (x, truth, piece))) for n in (10, 40)
+    )
+    for new, old in (((b,), (a,)), ((a,), ())):
+        there = {id(a): c, id(b): d}
+        gains = once._gains(old, new), often._gains([there[id(k)] for k in old], [there[id(k)] for k in new])
+        assert gains[0].sum() > 3
+        assert gains[1].sum() < 1.5 * gains[0].sum(), "a wrong flag is less likely among many, and that is all"
