@@ -54,7 +54,7 @@ class Repertoire:
         return replace(
             self,
             carries=tuple(c for c in self.carries if c.edge.child in objects),
-            drives=tuple(d for d in self.drives if d.chain[-1].child in objects and self._serves(d, wanted)),
+            drives=tuple(d for d in self.drives if self._is_among(d, objects) and self._serves(d, wanted)),
             borders=tuple(b for b in self.borders if b.object in objects),
             keeps=tuple(k for k in self.keeps if k.edge.child in objects),
         )
@@ -67,6 +67,11 @@ class Repertoire:
         """
         carries = (replace(c, stood=tuple(s[c.follow] for s in stood.get(c.edge.child, ()))) for c in self.carries)
         return replace(self, carries=tuple(carries))
+
+    def _is_among(self, drive: DriveOption, objects: Collection[str]) -> bool:
+        """Whether what is driven, and what is carried for it, are some of the objects."""
+        carried = drive.carry is None or drive.carry.edge.child in objects
+        return carried and drive.chain[-1].child in objects
 
     def _serves(self, drive: DriveOption, wanted: Collection[tuple[str, str]]) -> bool:
         name = self.names[drive.chain[-1].child][drive.variable]

@@ -1,5 +1,6 @@
 """Of all that can be done: what concerns some objects, and what may be carried."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +13,7 @@ KNOB, CUP, WIND = Interaction("hand", "knob"), Interaction("hand", "cup"), Inter
 
 
 def drive(*chain: Interaction, motion: object = None, variable: int = 0) -> Any:
-    return SimpleNamespace(chain=chain, motion=motion, variable=variable)
+    return SimpleNamespace(chain=chain, motion=motion, variable=variable, carry=None)
 
 
 CARRIES: Any = tuple(SimpleNamespace(edge=e) for e in (KNOB, CUP))
@@ -42,3 +43,12 @@ def test_what_drives_something_by_its_motion_is_carried_only_for_its_own_sake() 
     assert ALL.movable(["shade"]) == CARRIES[1:]
     assert ALL.movable(["knob", "shade"]) == CARRIES
     assert ALL.about(["knob"], goal("knob", "angle")).movable([]) == CARRIES[:1], "nothing else is driven here"
+
+
+def test_what_is_driven_by_what_is_not_among_the_objects_is_left_out_too() -> None:
+    """A thing in hand is put down, whatever else could be done to it by another that is carried."""
+    carried = drive(CUP, Interaction("cup", "pot"))
+    carried.carry = CARRIES[1]
+    tools = replace(ALL, drives=(*DRIVES, carried), names={**ALL.names, "pot": ("water",)})
+    assert tools.about(["cup", "pot"], goal("pot", "water")).drives == (DRIVES[2], carried)
+    assert tools.about(["pot"], goal("pot", "water")).drives == ()
