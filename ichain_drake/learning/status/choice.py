@@ -177,12 +177,14 @@ class InputChoice:
     def _moved(self, candidate: Candidate) -> BoolArray:
         """Whether an input, or the flag, or the piece is another one than where the row's stay began, shape (n,)."""
         if candidate not in self._stays:
-            first, out = 0, np.zeros(len(self.truth), dtype=bool)
-            near = LEARNING.clear * np.sqrt(2.0) * candidate.noise
-            for i, (value, flag, piece) in enumerate(zip(candidate.values, self.truth, self.piece, strict=True)):
-                same = i and flag == self.truth[first] and piece == self.piece[first]
-                if not same or (np.abs(value - candidate.values[first]) > near).any():
-                    first, out[i] = i, True
+            near = (LEARNING.clear * np.sqrt(2.0) * candidate.noise).tolist()
+            other = np.ones(len(self.truth), dtype=bool)
+            other[1:] = (self.truth[1:] != self.truth[:-1]) | (self.piece[1:] != self.piece[:-1])
+            first: list[float] = []
+            out = other.copy()
+            for i, (value, anew) in enumerate(zip(candidate.values.tolist(), other.tolist(), strict=True)):
+                if anew or any(abs(a - b) > n for a, b, n in zip(value, first, near, strict=True)):
+                    first, out[i] = value, True
             self._stays[candidate] = out
         return self._stays[candidate]
 
