@@ -177,14 +177,20 @@ class InputChoice:
     def _moved(self, candidate: Candidate) -> BoolArray:
         """Whether an input, or the flag, or the piece is another one than where the row's stay began, shape (n,)."""
         if candidate not in self._stays:
-            near = (LEARNING.clear * np.sqrt(2.0) * candidate.noise).tolist()
-            other = np.ones(len(self.truth), dtype=bool)
-            other[1:] = (self.truth[1:] != self.truth[:-1]) | (self.piece[1:] != self.piece[:-1])
-            first: list[float] = []
-            out = other.copy()
-            for i, (value, anew) in enumerate(zip(candidate.values.tolist(), other.tolist(), strict=True)):
-                if anew or any(abs(a - b) > n for a, b, n in zip(value, first, near, strict=True)):
-                    first, out[i] = value, True
+            near = LEARNING.clear * np.sqrt(2.0) * candidate.noise
+            out = np.ones(len(self.truth), dtype=bool)
+            out[1:] = (self.truth[1:] != self.truth[:-1]) | (self.piece[1:] != self.piece[:-1])
+            starts = np.flatnonzero(out)
+            spread = np.maximum.reduceat(candidate.values, starts) - np.minimum.reduceat(candidate.values, starts)
+            ends = np.append(starts[1:], len(out))
+            limits = near.tolist()
+            wide = (spread > near).any(axis=1)  # all else stays as it is
+            for start, end in zip(starts[wide].tolist(), ends[wide].tolist(), strict=True):
+                rows = candidate.values[start:end].tolist()
+                first = rows[0]
+                for i, value in enumerate(rows):
+                    if any(abs(a - b) > n for a, b, n in zip(value, first, limits, strict=True)):
+                        first, out[start + i] = value, True
             self._stays[candidate] = out
         return self._stays[candidate]
 
