@@ -3,8 +3,9 @@
 Every trial has demonstrations of its own, at the ordinary places. Then either two things stand elsewhere together (a
 bottle and a kettle; a dispenser and a cup), moved by up to 15 cm and turned by up to 40 degrees about the middle
 between them, or one stands alone 15 cm or more from any place at which a demonstration had it. Places are drawn at
-random, within the hand's reach, and off what else stands there and the edge of the plate that the kettle heats on. The
-system's own goal is planned and carried out.
+random, within the hand's reach (where there is an arm: where that can hold a thing as demonstrations held it when they
+took it and when they began to pour), and off what else stands there and the edge of the plate that the kettle heats on.
+The system's own goal is planned and carried out.
 """
 
 from __future__ import annotations
@@ -23,9 +24,11 @@ from threadpoolctl import threadpool_limits
 
 import ichain_drake as ic
 from ichain_drake.demonstrations.columns import column
+from ichain_drake.motion_query import MotionQuery
 from ichain_drake.runs.goals.run import GraphRun, own_goal, run_graph
 from ichain_drake.runs.intervals import success_interval, success_words
 from ichain_drake.runs.provenance import printed
+from ichain_drake.simulation.wiring import look
 from ichain_drake.state import FloatArray
 from ichain_drake.systems.water_dispenser.layout import LAYOUT, MIDDLE
 
@@ -85,14 +88,48 @@ def alone(scenario: Any, pieces: Sequence[ic.Demonstration], rng: np.random.Gene
     return [f"start.{name}={place.round(4).tolist()}"]
 
 
-def one(case: str, system: str, physics: str, seed: int) -> Row:
+def held(scenario: Any, pieces: Sequence[ic.Demonstration], switched: str, thing: str) -> FloatArray:
+    """The hand's state where demonstrations switched an interaction on, its place relative to a thing's, one a row."""
+    hand, rows = scenario.graph.objects["hand"].observable, []
+    for table in (p.table for p in pieces):
+        on = table[switched].to_numpy() > 0.5  # noqa: PLR2004 - a flag
+        at = table[on & ~np.append(True, on[:-1])]
+        rows.append(at[[column("hand", v) for v in hand.names]].to_numpy(copy=True))
+        rows[-1][:, :3] -= scenario.camera().to_robot(at[[column(thing, v) for v in "xyz"]].to_numpy())
+    return np.concatenate(rows)
+
+
+def within_arm(moved: Any, pieces: Sequence[ic.Demonstration], names: Sequence[str]) -> bool:
+    """Whether the arm, if there is one, can take things where they stand, and pour into what stands there."""
+    motion, world = moved.make_motion(), moved.make_world(0)
+    if motion is None:
+        return True
+    start = look(world)
+    kinds = [(f"hand->{n}", n) for n in names if n != "machine"]
+    kinds += [("bottle->kettle", "kettle")] if "kettle" in names else []
+    for switched, thing in kinds:
+        goal = np.median(held(moved, pieces, switched, thing), axis=0)
+        goal[:3] += moved.camera().to_robot(start[thing][:3])
+        goal[-1] = 0.0  # the hand open
+        try:
+            motion.path(MotionQuery(start["hand"], goal))
+        except ic.UnreachableError:
+            return False
+    return True
+
+
+def one(case: str, system: str, physics: Any, seed: int) -> Row:
     """Demonstrations, learning and a run."""
     with threadpool_limits(limits=1):
         seen = ["machine.seen=true"] if case == "together" and system == "water_dispenser" else []
         scenario: Any = ic.load_scenario(system, seen, physics=physics, seed=seed)
         pieces, rng = list(scenario.record_demonstrations()), np.random.default_rng(seed)
-        settings = together(scenario, rng) if case == "together" else alone(scenario, pieces, rng)
-        moved: Any = ic.load_scenario(system, [*seen, *settings], physics=physics, seed=seed)
+        pair = PAIRS[system] if case == "together" else PAIRS[system][:1]
+        while True:
+            settings = together(scenario, rng) if case == "together" else alone(scenario, pieces, rng)
+            moved: Any = ic.load_scenario(system, [*seen, *settings], physics=physics, seed=seed)
+            if within_arm(moved, pieces, pair):
+                break
         run = GraphRun(moved, own_goal(moved))
         run_graph(run, known=ic.learn(scenario, pieces))
         return {

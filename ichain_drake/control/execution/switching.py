@@ -145,6 +145,8 @@ class Switch(Task):
             self._check(view)
             command, there = view.travel(self.course, self.path[0]) if self.far else view.towards(self.path[0])
         except UnreachableError:
+            if self._begins_later(view):
+                return view.command.copy()
             if self.attempt + 1 >= view.attempts:
                 raise
             # Another event may begin where the robot can get to, or end where nothing is.
@@ -156,6 +158,15 @@ class Switch(Task):
             self.far, self.course = False, Course()
             self.pending -= self.pending > 0
         return command
+
+    def _begins_later(self, view: View) -> bool:
+        """Of a demonstrated approach whose beginning is out of reach, or blocked here, what is left leads there too."""
+        assert self.path
+        mask = jumping(view.model.graph.objects[view.model.graph.root].observable)
+        later = self.far and len(self.path) > 1 and bool((self.path[0][mask] == self.path[1][mask]).all())
+        if later:
+            self.path.pop(0)
+        return later
 
     def _check(self, view: View) -> None:
         """Lay out the approach, or the retreat from where it lets go, as any other way.

@@ -278,3 +278,26 @@ def test_it_travels_until_it_is_where_what_was_shown_begins_and_each_part_is_lai
     letting_go.act(View(lamp(), paths, [{**LAMP_START, "robot": HELD}], HELD, motion=free))  # type: ignore[arg-type]
     assert free.asked == 2, "it opens where it is"
     assert not letting_go.far
+
+
+class Near:
+    """A motion that gets nowhere beyond a border, and goes straight before it."""
+
+    def path(self, query):
+        if query.goal[1] > 0.25:
+            raise UnreachableError("the arm ends there")
+        return np.array([query.goal]) if query.shown is None else query.shown
+
+
+def test_an_approach_that_begins_out_of_reach_is_gone_from_where_the_robot_gets_to() -> None:
+    paths, command, gone = Shown(), np.array([0.3, 0.2, 0.0]), []
+    task, readings = Switch(DIM, activate=True), []
+    for _ in range(12):
+        readings.append({**LAMP_START, "robot": command})
+        answer = task.act(View(lamp(), paths, readings, command, motion=Near()))  # type: ignore[arg-type]
+        if not isinstance(answer, np.ndarray):
+            break
+        gone.append(command := answer)
+    assert answer == DONE
+    assert paths.asked == [(True, 0)], "by the same event"
+    assert max(row[1] for row in gone) == pytest.approx(APPROACH[2, 1])
