@@ -35,7 +35,7 @@ class Displacement:
 
     Attributes:
         time: earliest [s].
-        x, y: by how much, in the robot's frame [m].
+        x, y: by how much, in the robot's frame [m]; to the other side along y where it would come to be spared.
         away: how far the hand is from it then, at least [m].
         spared: says of a place in the robot's frame [m], shape (3,), whether nobody gets at it there.
     """
@@ -45,6 +45,16 @@ class Displacement:
     y: float
     away: float = 0.0
     spared: Callable[[FloatArray], bool] = lambda place: False
+
+    def aside(self, place: FloatArray) -> FloatArray | None:
+        """By how much it is displaced from a place [m], shape (2,); None where it is left alone.
+
+        Args:
+            place: in the robot's frame [m], shape (3,).
+        """
+        ways = (np.array([self.x, y]) for y in (self.y, -self.y))
+        free = (way for way in ways if not self.spared(place + [*way, 0.0]))
+        return None if self.spared(place) else next(free, None)
 
 
 class BodyDisplacer(LeafSystem):
@@ -106,7 +116,7 @@ class BodyDisplacer(LeafSystem):
     def _free(self, context: Context, one: _FreeBody, state: FloatArray, move: Displacement) -> bool:
         away = np.linalg.norm(self._setpoint.Eval(context)[:3] - state[4:7])
         still = bool(np.abs(state[10:13]).max() < _STILL)
-        free = bool(away >= move.away) and still and not move.spared(state[4:7])
+        free = bool(away >= move.away) and still and move.aside(state[4:7]) is not None
         return free and float(one.ports[1].Eval(context)[0]) < _TOUCHED
 
     def _calc(self, context: Context, output: Value) -> None:
@@ -150,8 +160,9 @@ class _FreeBody:
 
 def _reference(start: FloatArray, move: Displacement, passed: float) -> tuple[FloatArray, bool]:
     """Where the body should be so long after it was taken, shape (3,), and whether that was long enough."""
-    place = np.array(start[4:7])
+    place, way = np.array(start[4:7]), move.aside(start[4:7])
+    assert way is not None
     place[2] += _LIFT * min(passed / _UP, 1.0)
-    place[:2] += min(max(passed - _UP, 0.0) / _ACROSS, 1.0) * np.array([move.x, move.y])
+    place[:2] += min(max(passed - _UP, 0.0) / _ACROSS, 1.0) * way
     place[2] -= _DOWN * max(passed - _UP - _ACROSS, 0.0)
     return place, passed > _LONGEST

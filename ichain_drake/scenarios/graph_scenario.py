@@ -121,7 +121,7 @@ class GraphScenario(Scenario, Generic[StartT]):
         return {}
 
     def spared(self, place: FloatArray) -> bool:
-        """Whether nobody displaces what stands at a place in the robot's frame [m], shape (3,), in `contact`."""
+        """Whether nobody displaces anything from or to a place in the robot's frame [m], shape (3,), in `contact`."""
         return False
 
     def start_hand(self, start: StartT) -> FloatArray:

@@ -66,6 +66,14 @@ def test_not_while_the_hand_is_near_nor_where_nobody_gets_at_it(tmp_path: Path) 
     assert np.ptp(displaced(arm(tmp_path, spared), 1.5)[:, 4:7], axis=0).max() < 1e-3
 
 
+def test_where_nobody_would_get_at_it_any_more_it_goes_to_the_other_side_or_stays(tmp_path: Path) -> None:
+    left = Displacement(0.2, -0.08, 0.05, spared=lambda place: bool(place[1] > 0.22))
+    rows = displaced(arm(tmp_path, left))
+    np.testing.assert_allclose(rows[-1, 4:7] - rows[0, 4:7], [-0.08, -0.05, 0.0], atol=1e-3)
+    nowhere = Displacement(0.2, -0.08, 0.05, spared=lambda place: abs(place[1] - 0.2) > 0.02)  # noqa: PLR2004
+    assert np.ptp(displaced(arm(tmp_path, nowhere), 1.5)[:, 4:7], axis=0).max() < 1e-3
+
+
 def test_what_is_not_there_or_fixed_is_refused_and_without_a_displacement_nothing_is_applied(tmp_path: Path) -> None:
     spec, move = walls(tmp_path), (Displacement(0.0, 0.1, 0.0),)
     with pytest.raises(InputError, match="displacements: there is no body 'mug'; there are cup"):

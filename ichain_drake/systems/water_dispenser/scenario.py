@@ -37,6 +37,7 @@ from ichain_drake.systems.water_dispenser.teleoperation import FORWARD, GRASP
 from ichain_drake.visualization import Camera
 
 HAND, CUP, POWER, DISPENSE, TANK = "hand", "cup", "power", "dispense", "tank"
+_ARM = 0.06  # m; half as wide as the wrist is
 _RED, _BLUE = (0.9, 0.12, 0.05), (0.05, 0.3, 0.95)
 
 
@@ -191,6 +192,11 @@ class WaterDispenser(Appliance[DispenserStart]):
             POWER: BodySpec(button, Transform(translation=list(LAYOUT.power))),
             DISPENSE: BodySpec(button, Transform(translation=list(LAYOUT.dispense))),
         }
+
+    def spared(self, place: FloatArray) -> bool:
+        """A cup beyond the buttons, which an arm that comes from before them can't take."""
+        low, high = LAYOUT.console.y
+        return low - _ARM <= place[1] <= high + _ARM
 
     def make_motion(self) -> MotionPlanner | None:
         """Ways of the hand around machine, buttons and what it put down; in `ideal` a point hits nothing.
