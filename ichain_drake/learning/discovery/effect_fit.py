@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ichain_drake.learning.discovery.features import Features
 from ichain_drake.learning.discovery.residual import Residual
 from ichain_drake.learning.discovery.settings import DISCOVERY
-from ichain_drake.learning.discovery.term import VariableEffect
+from ichain_drake.learning.discovery.term import Curve, VariableEffect
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import BoolArray, FloatArray
 
@@ -74,7 +74,26 @@ def _declared(
 
 
 def _line(residual: Residual, features: Features, i: int, ok: NDArray[np.intp], least: float) -> VariableEffect | None:
-    """A constant, then one input after the other while each pays; None if none of them is worth more than `least`."""
+    """A constant, then one input after the other while each pays; None if none of them is worth more than `least`.
+
+    What has no memory is a function of what acts on it, from state to state: where a line leaves more than noise, a
+    curve is tried. What changes little by little needs none.
+    """
+    best: VariableEffect | None = None
+    most = least
+    for degree in range(1, (1 if residual.constants[i] is None else DISCOVERY.degree) + 1):
+        value, fitted = _stepwise(residual, features, i, ok, least, degree)
+        if fitted is not None and value > most:
+            best, most = fitted, value
+        if best is None or best.std < LEARNING.clear * residual.quiet[i] / residual.window:  # noise, or nearly so
+            break
+    return best
+
+
+def _stepwise(
+    residual: Residual, features: Features, i: int, ok: NDArray[np.intp], least: float, degree: int
+) -> tuple[float, VariableEffect | None]:
+    """One input after the other, of a polynomial of some degree; with its evidence."""
     usable = [k for k in range(features.values.shape[1]) if np.ptp(features.values[ok, k]) > 1e-9]
     if residual.constants[i] is not None:  # without memory its own past tells only what its parents did then
         usable = [k for k in usable if k != features.own.get(i)]
@@ -84,7 +103,9 @@ def _line(residual: Residual, features: Features, i: int, ok: NDArray[np.intp], 
     for step in range(DISCOVERY.most_inputs + 1):
         free = [k for k in usable if k not in chosen]
         tried = [chosen] if step == 0 else [(*chosen, k) for k in _likely(features.values[ok], free, left)]
-        fits = [f for columns in tried if (f := _least_squares(residual, features, i, ok, columns, len(usable)))]
+        fits = [
+            f for columns in tried if (f := _least_squares(residual, features, i, ok, columns, len(usable), degree))
+        ]
         if not fits:
             break
         value, effect = max(fits, key=lambda f: f[0])
@@ -94,7 +115,7 @@ def _line(residual: Residual, features: Features, i: int, ok: NDArray[np.intp], 
             continue
         chosen, best, least = effect.columns, effect, value
         left = residual.values[ok, i] - effect.predict(features.values[ok])
-    return best
+    return least, best
 
 
 def _likely(values: FloatArray, free: list[int], left: FloatArray) -> list[int]:
@@ -114,10 +135,13 @@ def _least_squares(
     ok: NDArray[np.intp],
     columns: tuple[int, ...],
     candidates: int,
+    degree: int,
 ) -> tuple[float, VariableEffect] | None:
     """Trimmed least squares and its evidence less the price of its parameters."""
     quiet = residual.quiet[i] / residual.window
-    x = np.column_stack([np.ones(len(ok)), features.values[ok][:, list(columns)]])
+    used = features.values[ok][:, list(columns)]
+    curve = Curve.over(used, degree) if degree > 1 and columns else None
+    x = np.column_stack([np.ones(len(ok)), used]) if curve is None else curve(used)
     y = residual.values[ok, i]
     if len(ok) <= x.shape[1] + 4:
         return None
@@ -135,7 +159,7 @@ def _least_squares(
         beyond = at_end & (residual.clipped(told, i, ok) != told)
         keep = (left <= LEARNING.surely * max(_MAD * float(np.median(left)), quiet)) & ~beyond
     std = min(max(_MAD * float(np.median(left)), quiet), LEARNING.clear * quiet)
-    effect = VariableEffect(i, False, columns, coefficients, float(std))
+    effect = VariableEffect(i, False, columns, coefficients, float(std), curve)
     change = residual.clipped(effect.predict(features.values), i)
     # What is less than the noise by which it is judged can't tell when it acts: it is what other effects leave.
     if not features.passive and np.abs(change[ok]).max() < LEARNING.faint * quiet:

@@ -1,4 +1,4 @@
-"""Whether a variable keeps its value or goes back to a constant, before it is known what acts on it."""
+"""Whether a variable keeps its value or has no memory, before it is known what acts on it."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ def constant_values(log: Log, child: str, parents: Sequence[str]) -> dict[int, f
     """Per variable the value to which it goes back within a tick, None where it keeps its own.
 
     Of the two, what leaves less unexplained together with the best single gated effect. Nothing brings a place, a
-    content or what is dissolved in it back by itself within a tick.
+    content or what is dissolved in it back by itself within a tick. What is hardly ever at rest may have no memory all
+    the same: a stick follows the hand that holds it all the time.
     """
     space, out = log.spaces[child], dict[int, float | None]()
     for i in observed(log, child):
         out[i] = None
         value, noise = log.states[child][:, i], log.noise[child][i]
         middle = float(np.median(value))
-        if space.angle_mask[i] or np.mean(np.abs(value - middle) <= LEARNING.clear * noise) < DISCOVERY.rest:
+        if space.angle_mask[i]:
             continue
+        rests = np.mean(np.abs(value - middle) <= LEARNING.clear * noise) >= DISCOVERY.rest
         change = space.difference(log.states[child][log.t + 1], log.states[child][log.t])[:, i]
-        if np.mean((value - middle) ** 2) < DISCOVERY.leaves * np.mean(change**2):
+        if rests and np.mean((value - middle) ** 2) < DISCOVERY.leaves * np.mean(change**2):
             out[i] = middle
             continue
         role = space.variables[i].role

@@ -10,7 +10,32 @@ from ichain_drake.learning.discovery.gate import Gate
 from ichain_drake.learning.discovery.inputs import GateInput
 from ichain_drake.learning.discovery.settings import DISCOVERY
 from ichain_drake.learning.effects.alignment import Alignment
+from ichain_drake.learning.frozen.monomials import Monomials, all_exponents
 from ichain_drake.state import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Monomials of columns that are brought to a middle of 0 and a spread of 1.
+
+    Attributes:
+        degree: highest total degree.
+        middle, spread: of each column, shape (n_columns,).
+    """
+
+    degree: int
+    middle: FloatArray
+    spread: FloatArray
+
+    @classmethod
+    def over(cls, columns: FloatArray, degree: int) -> Curve:
+        """For the range of some columns, shape (n, n_columns)."""
+        return cls(degree, columns.mean(axis=0), np.maximum(columns.std(axis=0), 1e-12))
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        """Monomials, shape (n, n_monomials), the constant first, from columns, shape (n, n_columns)."""
+        exponents = all_exponents(columns.shape[1], self.degree)
+        return Monomials(exponents).batch((columns - self.middle) / self.spread)
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +46,9 @@ class VariableEffect:
         variable: its index.
         declared: whether it is what the roles declare: just the one column.
         columns: indices of the columns that it depends on.
-        coefficients: constant, then one per column.
+        coefficients: constant, then one per column; of a curve one per monomial.
         std: of what is left of a tick, in the variable's unit.
+        curve: of a polynomial in the columns; None for a line.
     """
 
     variable: int
@@ -30,14 +56,21 @@ class VariableEffect:
     columns: tuple[int, ...]
     coefficients: FloatArray
     std: float
+    curve: Curve | None = None
 
     def predict(self, columns: FloatArray) -> FloatArray:
         """Change, shape (n,), from all columns, shape (n, n_columns)."""
-        return np.asarray(self.coefficients[0] + columns[:, list(self.columns)] @ self.coefficients[1:])
+        used = columns[:, list(self.columns)]
+        if self.curve is not None:
+            return self.curve(used) @ self.coefficients
+        return np.asarray(self.coefficients[0] + used @ self.coefficients[1:])
 
     def price(self) -> float:
         """Of its parameters [nat]."""
-        return DISCOVERY.declared if self.declared else DISCOVERY.constant + DISCOVERY.slope * len(self.columns)
+        if self.declared:
+            return DISCOVERY.declared
+        free = len(self.coefficients) - len(self.columns)  # the constant, and what makes a line a curve
+        return DISCOVERY.constant * free + DISCOVERY.slope * len(self.columns)
 
 
 @dataclass(frozen=True, eq=False)

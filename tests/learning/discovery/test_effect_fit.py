@@ -109,3 +109,24 @@ def test_what_roles_declare_is_as_uncertain_as_the_ticks_in_which_it_acts() -> N
     (effect,) = fit_effects(residual(change), np.ones(TICKS, dtype=bool), features(x, (0,)))
     assert effect.declared
     assert effect.std > 2.0 * NOISE
+
+
+@pytest.mark.parametrize("memory", [True, False])
+def test_what_has_no_memory_follows_a_curve_where_a_line_leaves_more_than_noise(memory: bool) -> None:
+    rng, x = np.random.default_rng(2), columns()
+    bend = np.tanh(5.0 * (x[:, 0] - 0.3)) + 0.5 * x[:, 1]
+    level = 100.0 + np.r_[0.0, bend] + NOISE * rng.normal(size=TICKS + 1)
+    states = {"hand": rng.normal(size=(TICKS + 1, 1)), "tank": level[:, None]}
+    log = make_log([RawPiece("p", states)], {"hand": HAND, "tank": TANK}, "hand", {})
+    found = Residual(log, "tank", {0: None if memory else 100.0})
+    log.noise["tank"][:] = NOISE
+    found.quiet[:], found.spread[:] = NOISE, NOISE
+    (effect,) = fit_effects(found, np.ones(TICKS, dtype=bool), features(x)) or (None,)
+    if memory:
+        assert effect is None or effect.curve is None
+        return
+    assert effect is not None and effect.curve is not None
+    assert (sorted(effect.columns), effect.curve.degree) == ([0, 1], 3)
+    line = np.column_stack([np.ones(TICKS), x[:, :2]])
+    left = bend - line @ np.linalg.lstsq(line, bend, rcond=None)[0]
+    assert (bend - effect.predict(x)).std() < 0.5 * left.std()

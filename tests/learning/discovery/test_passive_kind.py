@@ -27,3 +27,22 @@ def test_what_goes_back_within_a_tick_has_a_rest_value_and_what_differs_from_pie
     log.noise["can"][:] = 1e-3
     found = constant_values(log, "can", ("hand",))
     assert found == {0: 0.0 if back else None}
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_what_follows_its_parent_by_a_curve_has_no_memory_though_it_is_hardly_ever_at_rest(follows: bool) -> None:
+    """A stick that goes with the hand, or that is moved on by it."""
+    rng = np.random.default_rng(0)
+    spaces = {"hand": StateSpace("hand", (Variable("x"),)), "stick": StateSpace("stick", (Variable("axis"),))}
+    pieces = []
+    for k in range(6):
+        hand = 0.5 + np.cumsum(rng.normal(scale=0.2, size=80))
+        hand = 2.0 * np.abs((0.5 * hand) % 2.0 - 1.0) - 1.0  # to and fro between -1 and 1
+        stick = np.tanh(1.5 * hand) if follows else 0.2 * np.cumsum(hand)
+        stick = stick + rng.normal(scale=0.005, size=80)
+        pieces.append(RawPiece(f"p{k}", {"hand": hand[:, None], "stick": stick[:, None]}))
+    log = make_log(pieces, spaces, "hand", {})
+    log.noise["stick"][:] = 0.005
+    (rest,) = constant_values(log, "stick", ("hand",)).values()
+    assert (rest is not None) == follows
+    assert np.mean(np.abs(np.concatenate([p.states["stick"] for p in pieces])) < 0.05) < 0.2, "hardly ever at rest"

@@ -6,7 +6,7 @@ import pytest
 from ichain_drake.learning.discovery.gate import Gate
 from ichain_drake.learning.discovery.inputs import GateInput
 from ichain_drake.learning.discovery.settings import DISCOVERY
-from ichain_drake.learning.discovery.term import Term, VariableEffect
+from ichain_drake.learning.discovery.term import Curve, Term, VariableEffect
 
 LINE = VariableEffect(0, False, (0, 2), np.array([0.5, 2.0, -1.0]), 0.1)
 DECLARED = VariableEffect(1, True, (1,), np.array([0.0, 1.0]), 0.1)
@@ -29,6 +29,15 @@ def test_an_effect_is_a_constant_and_a_share_of_its_columns() -> None:
     np.testing.assert_allclose(LINE.predict(columns), [0.5 + 2.0 - 100.0, 0.5 + 4.0 - 200.0])
     np.testing.assert_allclose(DECLARED.predict(columns), [10.0, 20.0])
     np.testing.assert_allclose(CONSTANT.predict(columns), 0.25)
+
+
+def test_a_curve_is_a_polynomial_in_its_columns_brought_to_their_middle_and_spread() -> None:
+    columns = np.random.default_rng(0).normal([1.0, 10.0, 100.0], [0.5, 3.0, 9.0], (40, 3))
+    a, c = ((columns[:, k] - columns[:, k].mean()) / columns[:, k].std() for k in (0, 2))
+    curve = Curve.over(columns[:, [0, 2]], 2)
+    effect = VariableEffect(0, False, (0, 2), np.array([0.5, 1.0, 2.0, 3.0, 4.0, 5.0]), 0.1, curve)
+    np.testing.assert_allclose(effect.predict(columns), 0.5 + a + 2 * c + 3 * a * a + 4 * a * c + 5 * c * c)
+    assert effect.price() == LINE.price() + 3 * DISCOVERY.constant, "three monomials more than a line"
 
 
 def test_effects_cost_by_their_columns_unless_roles_declare_them() -> None:
