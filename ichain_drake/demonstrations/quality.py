@@ -14,7 +14,7 @@ from ichain_drake.demonstrations.columns import TIME, as_numbers, column
 from ichain_drake.demonstrations.repeats import repeats
 from ichain_drake.demonstrations.table import Demonstration
 from ichain_drake.graph import InteractionGraph
-from ichain_drake.state import FloatArray, Variable, wrap_angle
+from ichain_drake.state import FloatArray, StateSpace, Variable, wrap_angle
 from ichain_drake.timing import TICK
 
 
@@ -23,8 +23,7 @@ class QualitySettings:
     """When something counts as odd.
 
     Attributes:
-        frozen: rows in which no noisy reading of an object changes [rows]: a sensor with noise repeats itself once by
-            chance at most.
+        frozen: rows in which nothing of an object without noise changes before it leaps, at least [rows].
         idle_window: what rests for so long is idle [s]: longer than a hand that waits for its next command.
         idle_share: largest share of a piece that may be idle [1]: beyond it most rows show rest.
         rest: readings that differ by less are the same [standard deviations of the noise].
@@ -141,23 +140,62 @@ def _frozen(
 
     What has no noise may rest; but no body makes up for its rest with one leap as far as it would have come meanwhile.
     """
-    for piece, (obj, space) in itertools.product(pieces, graph.objects.items()):
-        noisy = [v for v in space.observable.variables if noise.get(column(obj, v.name), 0.0) > 0]
-        noisy = [v for v in noisy if column(obj, v.name) in piece.table]
-        watched = noisy or [v for v in space.observable.variables if column(obj, v.name) in piece.table]
-        values = {v: as_numbers(piece.table[column(obj, v.name)]) for v in watched}
-        steps = np.array([np.abs(space_step(v, x)) for v, x in values.items()])
-        places = [v.role is not None and v.role.kind == "position" for v in watched]
-        at_bound = [((x == v.lower) | (x == v.upper))[1:] & bool(noisy) for v, x in values.items()]
-        still = (steps == 0).all(axis=0) & ~np.any(at_bound, axis=0)
-        for first, last in runs_of(still) if len(steps) else ():
-            if last + 2 - first >= chosen.frozen and (noisy or _leaps(steps[places], first, last)):
-                yield Finding(
-                    piece.name, (first, last + 1),
-                    f"no reading of {obj} changes for {(last + 1 - first) * TICK:.3g} s"
-                    + (", not even by noise: a frozen feed" if noisy else ", then it leaps: a frozen feed"),
-                    "cut these rows out (a piece before, a piece behind), or record it again",
-                )  # fmt: skip
+    for obj, space in graph.objects.items():
+        noisy = any(noise.get(column(obj, v), 0.0) > 0 for v in space.observable.names)
+        seen = [_steps(p, obj, space.observable, noise if noisy else None) for p in pieces]
+        total, repeated = sum(len(s.still) for s in seen), sum(int(s.still.sum()) for s in seen)
+        for piece, s in zip(pieces, seen, strict=True):
+            for first, last in runs_of(s.still):
+                rows = last + 1 - first
+                leaps = not noisy and rows + 1 >= chosen.frozen and _leaps(s.places, first, last)
+                if leaps or (noisy and beyond_chance(rows, repeated, total)):
+                    yield Finding(
+                        piece.name, (first, last + 1),
+                        f"no reading of {obj} changes for {rows * TICK:.3g} s"
+                        + (", not even by noise: a frozen feed" if noisy else ", then it leaps: a frozen feed"),
+                        "cut these rows out (a piece before, a piece behind), or record it again",
+                    )  # fmt: skip
+
+
+def beyond_chance(rows: int, repeated: int, total: int) -> bool:
+    """Whether so many rows that repeat the one before, in a row, are less probable than once in the square of all.
+
+    Readings of a coarse sensor repeat themselves more often than those of a fine one.
+
+    Args:
+        rows: in a row.
+        repeated: rows that repeat the one before, anywhere; these among them.
+        total: of all rows.
+    """
+    rate = (1.0 + repeated - rows) / (2.0 + total - rows)
+    return bool(rows * np.log(rate) < -2.0 * np.log(max(total, 1)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Steps:
+    """Of an object in a piece, from row to row.
+
+    Attributes:
+        still: whether nothing changes that is not at a bound, shape (n_rows - 1,).
+        places: changes of its positions, shape (n_positions, n_rows - 1).
+    """
+
+    still: NDArray[np.bool_]
+    places: FloatArray
+
+
+def _steps(piece: Demonstration, obj: str, space: StateSpace, noise: dict[str, float] | None) -> _Steps:
+    """Of the readings that have noise, or of all where `noise` is None."""
+    watched = [v for v in space.variables if column(obj, v.name) in piece.table]
+    if noise is not None:
+        watched = [v for v in watched if noise.get(column(obj, v.name), 0.0) > 0]
+    if not watched:
+        return _Steps(np.zeros(0, dtype=bool), np.zeros((0, 0)))
+    values = [as_numbers(piece.table[column(obj, v.name)]) for v in watched]
+    steps = np.array([np.abs(space_step(v, x)) for v, x in zip(watched, values, strict=True)])
+    bound = [((x == v.lower) | (x == v.upper))[1:] & (noise is not None) for v, x in zip(watched, values, strict=True)]
+    places = [v.role is not None and v.role.kind == "position" for v in watched]
+    return _Steps((steps == 0).all(axis=0) & ~np.any(bound, axis=0), steps[places])
 
 
 def space_step(variable: Variable, values: FloatArray) -> FloatArray:

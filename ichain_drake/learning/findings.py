@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ichain_drake.demonstrations import Demonstration
+from ichain_drake.demonstrations.quality import beyond_chance
 from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.blocks import runs
 from ichain_drake.learning.data import GraphData, collect
@@ -105,9 +106,7 @@ def _frozen(data: GraphData, model: InteractionModel) -> list[Finding]:
         total, repeated = sum(len(s) for s in same), sum(int(s.sum()) for s in same)
         for piece, repeats in zip(data.pieces, same, strict=True):
             for a, b in runs(repeats):
-                others = repeated - (b - a)
-                rate = (1.0 + others) / (2.0 + total - (b - a))
-                if (b - a) * np.log(rate) < -2.0 * np.log(total):
+                if beyond_chance(b - a, repeated, total):
                     text = (
                         f"piece {piece.name} rows {a} to {b}: readings of {obj} don't change in the last digit for "
                         f"{(b - a) * TICK:.1f} s: a frozen feed? Cut the rows, or record the piece anew"

@@ -1,5 +1,6 @@
 """What teaches wrongly is found, and good pieces are left in peace."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -74,6 +75,24 @@ def test_a_frozen_feed() -> None:
     found = only(findings(changed(2, **{"cup.x": cup[:, 0], "cup.warm": cup[:, 1]}), GRAPH))
     assert (found.piece, found.rows) == ("p2", (30, 37))
     assert "no reading of cup changes for 2.33 s, not even by noise: a frozen feed" in found.what
+
+
+def test_a_coarse_sensor_repeats_itself_by_chance_and_freezes_all_the_same() -> None:
+    names = ["cup.x", "cup.warm"]
+    rng, pieces = np.random.default_rng(3), []
+    for p in GOOD:  # it stands here and there, and is read to 2 mm
+        place = np.repeat(rng.uniform(size=8), 10)[: len(p.table)] + rng.normal(scale=0.0015, size=len(p.table))
+        pieces.append(replace(p, table=p.table.assign(**dict.fromkeys(names, (place / 0.002).round() * 0.002))))
+    longest = max(len(list(g)) for p in pieces for _, g in itertools.groupby(p.table["cup.x"]))
+    assert longest >= 4
+    assert not [f for f in findings(pieces, GRAPH) if "frozen" in f.what]
+    cup = pieces[2].table[names].to_numpy().copy()
+    cup[20:75] = cup[20]
+    pieces[2] = replace(pieces[2], table=pieces[2].table.assign(**{"cup.x": cup[:, 0], "cup.warm": cup[:, 1]}))
+    (found,) = [f for f in findings(pieces, GRAPH) if "frozen" in f.what]
+    assert found.piece == "p2"
+    assert found.rows is not None
+    assert found.rows[1] >= 74
 
 
 def test_a_frozen_feed_without_noise_leaps_behind() -> None:
