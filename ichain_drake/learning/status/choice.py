@@ -84,7 +84,24 @@ class InputChoice:
             if all(self.clear(g, len(candidates)) for g in gains):
                 break
             del chosen[int(np.argmin([g.sum() for g in gains]))]
-        return chosen
+        return self._exchanged(chosen, candidates, by_role=by_role)
+
+    def _exchanged(
+        self, chosen: Sequence[Candidate], candidates: Sequence[Candidate], *, by_role: bool
+    ) -> list[Candidate]:
+        """Each input that was found before others were known, or what tells more now that they are.
+
+        Where one thing stands may tell pieces about it from pieces about a switch; of the rows in which the switch is
+        pressed another thing's place may be what tells.
+        """
+        out = list(chosen)
+        for k, item in enumerate(out[:-1]):
+            others = [c for c in out if c is not item]
+            free = [c for c in candidates if c.caused == item.caused and c not in others]
+            found = self._further(others, free, by_role=by_role)
+            if len(found) == 1 and self._gains(others, found).sum() > self._gains(others, (item,)).sum():
+                out[k] = found[0]
+        return out
 
     def open(self, chosen: Sequence[Candidate], candidates: Sequence[Candidate]) -> list[Candidate]:
         """What adds more than chance to a choice, though not clearly: boxes can't tell; those that add most first.

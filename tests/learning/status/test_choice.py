@@ -176,3 +176,27 @@ def test_who_stands_longer_tells_no_more() -> None:
         gains = once._gains(old, new), often._gains([there[id(k)] for k in old], [there[id(k)] for k in new])
         assert gains[0].sum() > 3
         assert gains[1].sum() < 1.5 * gains[0].sum(), "a wrong flag is less likely among many, and that is all"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_was_taken_before_a_switch_was_known_gives_way_to_what_tells_more_beside_it(seed: int) -> None:
+    """A switch is pressed in a few pieces, with a pot on or off its plate; in most others a jug is moved about."""
+    rng, parts = np.random.default_rng(seed), []
+    for kind in ["on"] * 3 + ["off"] * 4 + ["jug"] * 9:
+        n = 60
+        pot = np.full(n, rng.uniform(-0.3, 0.3) if kind == "on" else rng.choice([-1, 1]) * rng.uniform(0.6, 1.0))
+        jug = np.full(n, rng.uniform(-0.1, 0.1) if kind == "on" else rng.uniform(-0.3, 0.3))
+        if kind == "jug":
+            pot, jug = np.full(n, rng.uniform(-0.3, 0.3)), np.cumsum(rng.normal(scale=0.3, size=n)) + 0.5
+        switch = (np.arange(n) % 12 < 6).astype(float) * (kind != "jug")
+        truth = (np.abs(pot) < 0.45) & (switch > 0.5)
+        parts.append((np.column_stack([pot, jug, switch]) + NOISE * rng.normal(size=(n, 3)), truth))
+    x, truth = np.vstack([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+    piece = np.repeat(np.arange(len(parts)), 60)
+    names = ("pot", "jug", "switch")
+    candidates = [Candidate(ValueInput("thing", i, n), x[:, [i]], np.full(1, NOISE)) for i, n in enumerate(names)]
+    choice = InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool))
+    item, other, switch_item = (candidates[k] for k in (0, 1, 2))
+    assert choice._exchanged([other, switch_item], candidates, by_role=True) == [item, switch_item]
+    assert choice._exchanged([item, switch_item], candidates, by_role=True) == [item, switch_item]
+    assert {c.item.label for c in choice.choose(candidates)} == {"pot", "switch"}
