@@ -97,10 +97,12 @@ class InputChoice:
         out = list(chosen)
         for k, item in enumerate(out[:-1]):
             others = [c for c in out if c is not item]
-            free = [c for c in candidates if c.caused == item.caused and c not in others]
-            found = self._further(others, free, by_role=by_role)
-            if len(found) == 1 and self._gains(others, found).sum() > self._gains(others, (item,)).sum():
-                out[k] = found[0]
+            free = [c for c in candidates if not c.caused and c not in others]
+            found = [] if item.caused else self._further(others, free, by_role=by_role)
+            if len(found) == 1 and found[0] is not item:
+                other = [*out[:k], *found, *out[k + 1 :]]
+                more = (self.left_out(other) - self.left_out(out)) * self._share([*out, *found])
+                out = other if more.sum() > 0.0 else out
         return out
 
     def open(self, chosen: Sequence[Candidate], candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -142,7 +142,7 @@ def test_of_inputs_that_tell_the_same_the_one_that_is_missed_least_goes(monkeypa
 
     monkeypatch.setattr(InputChoice, "_gains", gained)
     order = iter([[switch], [place], [water], [], []])
-    monkeypatch.setattr(InputChoice, "_further", lambda self, chosen, free, **more: next(order))
+    monkeypatch.setattr(InputChoice, "_further", lambda self, chosen, free, **more: next(order, []))
     truth = np.arange(100) % 50 < 25
     made = InputChoice(truth, np.repeat([0, 1], 50), np.repeat([0, 1], 50), ~truth)
     assert made._searched([switch, place, water], by_role=True) == [switch, place]
@@ -182,7 +182,7 @@ def test_who_stands_longer_tells_no_more() -> None:
 def test_what_was_taken_before_a_switch_was_known_gives_way_to_what_tells_more_beside_it(seed: int) -> None:
     """A switch is pressed in a few pieces, with a pot on or off its plate; in most others a jug is moved about."""
     rng, parts = np.random.default_rng(seed), []
-    for kind in ["on"] * 3 + ["off"] * 4 + ["jug"] * 9:
+    for kind in ["on"] * 6 + ["off"] * 8 + ["jug"] * 9:
         n = 60
         pot = np.full(n, rng.uniform(-0.3, 0.3) if kind == "on" else rng.choice([-1, 1]) * rng.uniform(0.6, 1.0))
         jug = np.full(n, rng.uniform(-0.1, 0.1) if kind == "on" else rng.uniform(-0.3, 0.3))
