@@ -80,8 +80,8 @@ def _line(residual: Residual, features: Features, i: int, ok: NDArray[np.intp], 
     curve is tried. What changes little by little needs none.
     """
     best: VariableEffect | None = None
-    most = least
-    for degree in range(1, (1 if residual.constants[i] is None else DISCOVERY.degree) + 1):
+    most, degrees = least, 1 if residual.constants[i] is None else max(DISCOVERY.most_inputs, 1)
+    for degree in range(1, degrees + 1):
         value, fitted = _stepwise(residual, features, i, ok, least, degree)
         if fitted is not None and value > most:
             best, most = fitted, value

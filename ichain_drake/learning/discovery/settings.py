@@ -24,8 +24,7 @@ class DiscoverySettings:
         window: effects that drown in one tick's noise are judged by means over so many; twice as many go together.
         parts: rows are left out in so many parts, dealt in blocks.
         most_terms: gated effects on one object at most.
-        most_inputs: inputs of a linear effect at most.
-        degree: of a polynomial in the inputs of what has no memory, at most.
+        most_inputs: inputs of an effect at most, in a sum, or multiplied with each other in a curve's monomials.
         certain: evidence beyond which a tick's status is taken from what was seen there.
         shows: evidence below which nothing shows in a tick, so that its status stays open.
         seen: evidence of ticks in which something was seen to act.
@@ -65,7 +64,6 @@ class DiscoverySettings:
     parts: int = setting(4, "parts", lower=2)
     most_terms: int = setting(8, "effects", lower=1)
     most_inputs: int = setting(3, "inputs", lower=0)
-    degree: int = setting(3, "1", lower=1)
     certain: float = setting(6.0, "nat", lower=0)
     shows: float = setting(1.0, "nat", lower=0)
     seen: float = setting(4.0, "nat", lower=0)
