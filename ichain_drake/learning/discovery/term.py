@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -34,8 +35,13 @@ class Curve:
 
     def __call__(self, columns: FloatArray) -> FloatArray:
         """Monomials, shape (n, n_monomials), the constant first, from columns, shape (n, n_columns)."""
-        exponents = all_exponents(columns.shape[1], self.degree)
-        return Monomials(exponents).batch((columns - self.middle) / self.spread)
+        return _monomials(columns.shape[1], self.degree).batch((columns - self.middle) / self.spread)
+
+
+@cache
+def _monomials(columns: int, degree: int) -> Monomials:
+    """All monomials of some columns, made once."""
+    return Monomials(all_exponents(columns, degree))
 
 
 @dataclass(frozen=True, eq=False)
