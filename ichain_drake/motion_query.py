@@ -18,7 +18,8 @@ class MotionQuery:
         now: last command, shape (n_root,).
         goal: shape (n_root,).
         held: object that goes along with the robot.
-        left: robot state, shape (n_root,), in which each object that stands around was, or would be, let go of.
+        left: robot state, shape (n_root,), in which each object that stands around was, or would be, let go of; of what
+            is held and slipped, the one in which it would be where it is `now`, had it not slipped.
         shown: commands that were shown to lead to the goal, one a tick, shape (n, n_root), the last is the goal: gone
             as they are where they hit nothing.
         touched: object that they lead to, which is touched at the goal; None where they lead away from everything.

@@ -59,6 +59,7 @@ class CollisionScene:
         self._doors = {n: self._door(n) for n in self._in_hand if n not in self._free}
         self._closed = {n: joint.default_positions() for n, joint in self._doors.items()}
         self.held = held if held in self._in_hand else None
+        self._grasp = self._in_hand.get(self.held or "", RigidTransform())
         self._fingers = self._finger_positions(spec)
         self._exclude()
         diagram = builder.Build()
@@ -69,19 +70,24 @@ class CollisionScene:
         for body in self._free.values():
             self._plant.SetFreeBodyPose(self._plant_context, body, _AWAY)
 
-    def place(self, left: Mapping[str, FloatArray]) -> None:
+    def place(self, left: Mapping[str, FloatArray], now: FloatArray) -> None:
         """Put free bodies where the hand let go of them; all others are nowhere.
 
         Args:
-            left: full hand state, shape (7,), at which each body was let go of.
+            left: full hand state, shape (7,), at which each body was let go of; of what is held, the one in which it
+                would be where it is now, had it not slipped in the hand.
+            now: full hand state, shape (7,).
         """
+        if self.held is not None:
+            slip = hand_pose(now).inverse() @ hand_pose(left.get(self.held, now))
+            self._grasp = slip @ self._in_hand[self.held]
         for name, body in self._free.items():
             at = left.get(name) if name in self._in_hand else None
             pose = _AWAY if at is None else hand_pose(at) @ self._in_hand[name]
             self._plant.SetFreeBodyPose(self._plant_context, body, pose)
         for name, joint in self._doors.items():
             self._plant.SetPositions(self._plant_context, self._robot.bodies[name], self._closed[name])
-            if name in left:
+            if name in left and name != self.held:
                 self._open(name, joint, left[name])
 
     @property
@@ -126,7 +132,7 @@ class CollisionScene:
             shut = full[GRIP] > 0.5 and self.held is None  # noqa: PLR2004 - a flag
             plant.SetPositions(context, self._robot.gripper, self._fingers[int(shut)] if fingers is None else fingers)
         if self.held in self._free:
-            plant.SetFreeBodyPose(context, self._free[self.held], hand_pose(full) @ self._in_hand[self.held])
+            plant.SetFreeBodyPose(context, self._free[self.held], hand_pose(full) @ self._grasp)
         query: QueryObject = self._robot.scene_graph.get_query_output_port().Eval(self._scene_context)
         pairs = query.ComputeSignedDistancePairwiseClosestPoints(margin)
         return [(float(p.distance), self._name(p.id_A), self._name(p.id_B)) for p in pairs if p.distance < margin]

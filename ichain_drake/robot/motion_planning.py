@@ -83,7 +83,7 @@ class MotionPlanner:
         grip = [i for i, v in enumerate(hand.space.variables) if v.kind == "binary"]
         end[grip] = start[grip]
         scene = self._scene(query.held)
-        scene.place({n: hand.full(v) for n, v in query.left.items() if n != query.held})
+        scene.place({n: hand.full(v) for n, v in query.left.items()}, hand.full(start))
         if query.shown is None and self._opens_first(scene, start, wanted):
             start[grip] = end[grip] = wanted[grip]
         first, last = (TreeNode(v, self.kinematics.solve(hand.full(v))) for v in (start, end))

@@ -29,4 +29,5 @@ class StandingMotion:
 
     def path(self, query: MotionQuery) -> FloatArray:
         """See `MotionPlanner.path`."""
-        return self.planner.path(replace(query, left={**self._standing, **query.left}))
+        standing = {n: v for n, v in self._standing.items() if n != query.held}
+        return self.planner.path(replace(query, left={**standing, **query.left}))

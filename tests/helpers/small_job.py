@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 from small_world import GRAPH, SmallWorld, pieces
 
+from ichain_drake.control.execution.carried import Carried
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.planning.goals import parse_goal
 from ichain_drake.control.planning.planner import GraphPlanner
@@ -67,3 +68,8 @@ def drive(
         if mishap is not None:
             mishap(tick, world)
     return memory
+
+
+def where(carried: Carried, model: InteractionModel, now: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Where things are, by one reading."""
+    return carried.where(model, [now], now, now["hand"])

@@ -78,6 +78,19 @@ def test_what_is_held_goes_around_too_and_what_was_put_down_is_in_the_way(tmp_pa
     assert path[crossing, 2].min() > 0.09
 
 
+def test_a_body_that_slipped_in_the_hand_is_carried_as_it_hangs_there(tmp_path: Path) -> None:
+    spec = walls(tmp_path, sill=((0.40, 0.0, 0.02), (0.3, 0.02, 0.04)))
+    planner = MotionPlanner(spec, {"cup": CUP}, {"cup": UPRIGHT.inverse()})
+    start, goal = np.array([0.40, -0.12, 0.11, DOWN, 1.0]), np.array([0.40, 0.12, 0.11, DOWN, 1.0])
+    for slip in (0.0, 0.03, 0.06):
+        hangs = start - [0.0, 0.0, slip, 0.0, 0.0]
+        path = planner.path(MotionQuery(start, goal, "cup", {"cup": hangs}))
+        assert path[np.abs(path[:, 1]) < 0.03, 2].min() - slip > 0.09, "as high above the sill"
+    np.testing.assert_array_equal(
+        planner.path(MotionQuery(start, goal, "cup")), planner.path(MotionQuery(start, goal, "cup", {"cup": start}))
+    )
+
+
 def test_fingers_open_first_where_they_would_strike_something_at_the_goal(tmp_path: Path) -> None:
     spec = walls(tmp_path)
     planner = MotionPlanner(spec, {"cup": CUP}, {"cup": UPRIGHT.inverse()})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -76,28 +76,42 @@ class Carried:
         """What is measured of it, shape (n_variables,), once it has been let go of."""
         return replace(self, seen={**self.seen, obj: np.array(state)}) if obj in self.left else self
 
-    def standing(self, model: InteractionModel, now: States) -> dict[str, FloatArray]:
-        """Of what stands around: the robot's state in which it would let go of it there, shape (n_root,).
+    def where(
+        self, model: InteractionModel, readings: Sequence[States], now: States, command: FloatArray
+    ) -> dict[str, FloatArray]:
+        """Where things are: the robot's states in which, held as in demonstrations, each would be there.
 
-        Where the robot let go of an object that has not moved since, that state; of another that goes along with the
-        robot when it is held, the one in which it was taken in the nearest demonstration, moved as the object was.
+        That is where the robot let go of it, or took it in the nearest demonstration, or its command while it holds it,
+        moved by as much as the object is read elsewhere than a usual grasp would have it: no grasp is as the one
+        before, and things slip. What is held is read at the same ticks as the robot: the command is ahead of both while
+        it moves. What does not go along, or has not been read since, is where it was let go of, if it has not moved.
 
         Args:
             model: the learned graph.
-            now: measured states, shape (n_variables,) each.
+            readings: measured states of the last ticks, shape (n_variables,) each.
+            now: their average.
+            command: the robot's, shape (n_root,).
+
+        Returns:
+            shape (n_root,) each, by the object's name.
         """
-        frames, root, out = Frames(model), model.graph.root, {}
-        for edge in model.edges:
-            obj = edge.child
-            if edge.parent != root or obj == self.held:
-                continue
+        root, out = model.graph.root, {}
+        for edge in (e for e in model.edges if e.parent == root):
+            obj, learned, robot = edge.child, model.edges[edge], None
             if obj in self.left and (obj not in self.seen or not _moved(model, obj, self.seen[obj], now[obj])):
-                out[obj] = self.left[obj]
-            elif frames.is_carried(obj) and len(taken := model.edges[edge].examples.activations.after[obj]):
-                off = _off(model, obj, taken, now[obj]) / span(model, obj)
-                k = int(np.argmin(np.linalg.norm(off[:, sorted(pose_of(model.graph.objects[obj].observable))], axis=1)))
-                robot = model.edges[edge].examples.activations.after[root][k]
-                out[obj] = frames.along(root, robot, obj, taken[k], now[obj])
+                robot = out[obj] = self.left[obj]
+            taken = learned.examples.activations.after
+            if learned.alignment is None or not len(taken[obj]) or (obj in out and obj not in self.seen):
+                continue
+            off, usual = learned.alignment.relative, learned.alignment.relative(taken[root], taken[obj])
+            if obj == self.held:
+                robot, last = command, readings[-min(len(readings), self.ticks + 1) :]
+                slip = np.median([off(r[root], r[obj]) for r in last], axis=0)
+            else:
+                robot = _as_taken(model, obj, taken, now[obj]) if robot is None else robot
+                slip = off(robot, now[obj])
+            out[obj] = np.array(robot)
+            out[obj][list(learned.alignment.parent.indices)] += slip - np.median(usual, axis=0)
         return out
 
     def stayed(self, model: InteractionModel, now: States) -> bool:
@@ -160,6 +174,13 @@ class Places:
 def _in_a_hand(model: InteractionModel, obj: str, now: States) -> bool:
     """Whether any robot holds it, as the classifiers see it."""
     return any(model.graph.by_robot(e) and bool(model.decide(e, now) >= 0) for e in model.edges if e.child == obj)
+
+
+def _as_taken(model: InteractionModel, obj: str, taken: States, now: FloatArray) -> FloatArray:
+    """The robot's state where it took an object in the nearest demonstration, moved and turned as that was."""
+    root, pose = model.graph.root, sorted(pose_of(model.graph.objects[obj].observable))
+    k = int(np.argmin(np.linalg.norm((_off(model, obj, taken[obj], now) / span(model, obj))[:, pose], axis=1)))
+    return Frames(model).along(root, taken[root][k], obj, taken[obj][k], now)
 
 
 def _moved(model: InteractionModel, obj: str, was: FloatArray, now: FloatArray) -> bool:

@@ -223,7 +223,9 @@ class Executor:
             self.settings.attempts, motion, follows=memory.carried.following,
             news=0 if blocked is None else len(blocked.places), moved=memory.places.moved,
         )  # fmt: skip
-        view.standing = lambda: memory.carried.standing(view.model, view.averaged())
+        view.standing = lambda: memory.carried.where(
+            view.model, view.readings[-LEARNING.look :], view.averaged(), view.command
+        )
         return view
 
     def _act(self, memory: Memory, task: Task, *, stopped: bool) -> Answer:

@@ -39,7 +39,7 @@ class OvenMotion:
     def path(self, query: MotionQuery) -> FloatArray:
         """See `MotionPlanner.path`."""
         at = self._start
-        if self._door in query.left:
+        if self._door in query.left and self._door != query.held:
             at = float(self._spec.hand.full(query.left[self._door])[_Y]) - LAYOUT.door.point[_Y]
         at = min(max(round(at / _ROUNDED) * _ROUNDED, 0.0), LAYOUT.door.travel)
         part = "" if query.held is None or query.held in self._in_hand else query.held
