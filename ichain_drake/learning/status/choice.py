@@ -70,7 +70,11 @@ class InputChoice:
         return best if clearly(gains, 2) else likely
 
     def _searched(self, candidates: Sequence[Candidate], *, by_role: bool) -> list[Candidate]:
-        """One greedy search, which may end where another does better: by role, or by what adds most at each step."""
+        """One greedy search, which may end where another does better: by role, or by what adds most at each step.
+
+        What one adds is a sum over the stays of what is looked at. By role each counts by its own; else two are
+        compared over the stays of both.
+        """
         chosen: list[Candidate] = []
         for caused in (False, True):
             while found := self._further(
@@ -161,22 +165,25 @@ class InputChoice:
         by_role: bool,
     ) -> list[Candidate]:
         """Of inputs that clearly add something, the ones that add most or are the likeliest by their roles; or none."""
-        gains: dict[int, FloatArray] = {}
-        best = 0.0
         # What a fit adds on the rows that it has seen bounds what it adds on others.
-        for k in np.argsort(-np.array(bounds), kind="stable"):
-            if bounds[k] <= best:
-                break
-            found = self._gains(chosen, free[k])
-            if self.clear(found, tried):
-                gains[int(k)] = found
-                best = max(best, float(found.sum()))
-        if not gains:
+        gains = {k: self._gains(chosen, free[k]) for k, bound in enumerate(bounds) if self._pays(bound)}
+        clear = [k for k in gains if self.clear(gains[k], tried)]
+        if not clear:
             return []
-        top = max(gains, key=lambda k: gains[k].sum())
-        if not by_role:
-            return list(free[top])
-        return list(free[next(k for k in sorted(gains) if k == top or not clearly(gains[top] - gains[k]))])
+        if by_role:
+            top = max(clear, key=lambda k: gains[k].sum())
+            return list(free[next(k for k in clear if k == top or not clearly(gains[top] - gains[k]))])
+        top = clear[0]
+        for k in clear[1:]:
+            top = k if self._more(chosen, free[k], free[top]).sum() > 0.0 else top
+        return list(free[top])
+
+    def _more(self, chosen: Sequence[Candidate], one: Sequence[Candidate], other: Sequence[Candidate]) -> FloatArray:
+        """What some inputs add to the log-likelihood of each piece more than others, over the stays of both."""
+        onset = one[0].caused
+        more, less = (self._likelihood((*chosen, *c), onset=onset, seen=False) for c in (one, other))
+        rows = self._rows(onset=onset)
+        return by_part((more - less) * self._share((*chosen, *one, *other))[rows], self.piece[rows])
 
     def _gains(self, chosen: Sequence[Candidate], further: Sequence[Candidate], *, seen: bool = False) -> FloatArray:
         """What further inputs add to the log-likelihood of each piece, shape (n_pieces,), left out or seen."""

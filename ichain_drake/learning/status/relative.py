@@ -33,6 +33,11 @@ def relative_if_as_good(
         The inputs, and the candidates that are left.
     """
     out = list(chosen)
+    if any(isinstance(c.item, RelativeInput) for c in out):
+        # Taken first, a relative place may leave each end too little to tell by itself, where both tell more.
+        places = choice.choose([c for c in candidates if not isinstance(c.item, RelativeInput)])
+        if choice.clear(by_part(choice.left_out(places) - choice.left_out(out), choice.piece)):
+            out = places
     for relative in candidates:
         if not isinstance(relative.item, RelativeInput):
             continue

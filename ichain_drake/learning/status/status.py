@@ -216,17 +216,20 @@ def _told_by_classifiers(
     """
     piece, likely = data.piece_index(), [c for c in trial.chosen if not c.caused]
     left = choice.open(likely, [c for c in beside_relative(likely, candidates) if c not in trial.chosen])
+    # What the interaction itself changes comes last: it is for what all others leave to be told.
+    alone = likely and left and len(likely) < len(trial.chosen)
+    found = first = _Trial.of(data, edge, likely, spec) if alone else trial
     for candidate in left:
         more = _Trial.of(data, edge, [*likely, candidate], spec)
-        if not more.beats(trial, piece, len(candidates)):  # any of them might have been left
+        if not more.beats(found, piece, len(candidates)):  # any of them might have been left
             continue
-        trial = more
+        found = more
         for item in more.chosen[:-1]:
-            fewer = _Trial.of(data, edge, [c for c in trial.chosen if c is not item], spec)
-            if not trial.beats(fewer, piece, len(candidates)):
-                trial = fewer
-        likely = trial.chosen
-    return trial
+            fewer = _Trial.of(data, edge, [c for c in found.chosen if c is not item], spec)
+            if not found.beats(fewer, piece, len(candidates)):
+                found = fewer
+        likely = found.chosen
+    return trial if found is first or trial.beats(found, piece) else found
 
 
 def _of_ends(candidates: Sequence[Candidate], edge: Interaction) -> list[Candidate]:

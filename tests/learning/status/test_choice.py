@@ -200,3 +200,29 @@ def test_what_was_taken_before_a_switch_was_known_gives_way_to_what_tells_more_b
     assert choice._exchanged([other, switch_item], candidates, by_role=True) == [item, switch_item]
     assert choice._exchanged([item, switch_item], candidates, by_role=True) == [item, switch_item]
     assert {c.item.label for c in choice.choose(candidates)} == {"pot", "switch"}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_changes_all_the_time_is_worth_no_more_than_a_switch_that_tells_as_much_of_it(seed: int) -> None:
+    """A hand points down while a switch is pressed, and just before; in most pieces it turns, and no switch is."""
+    rng, parts = np.random.default_rng(seed), []
+    for kind in ["long"] + ["on"] * 3 + ["off"] * 4 + ["carry"] * 12:
+        n = 60
+        pot = np.full(n, rng.uniform(-0.3, 0.3) if kind != "off" else rng.choice([-1, 1]) * rng.uniform(0.6, 1.0))
+        pitch, switch = np.zeros(n), (np.arange(n) >= 6).astype(float)
+        if kind == "long":
+            switch = (np.arange(n) % 8 < 4).astype(float)
+        if kind == "carry":
+            pitch, switch = 0.3 + np.abs(np.cumsum(rng.normal(scale=0.3, size=n))), np.zeros(n)
+        truth = (np.abs(pot) < 0.45) & (switch > 0.5)
+        parts.append((np.column_stack([pot, pitch, switch]) + NOISE * rng.normal(size=(n, 3)), truth))
+    x, truth = np.vstack([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+    piece = np.repeat(np.arange(len(parts)), 60)
+    names = ("pot", "pitch", "switch")
+    candidates = [Candidate(ValueInput("thing", i, n), x[:, [i]], np.full(1, NOISE)) for i, n in enumerate(names)]
+    choice = InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool))
+    pitch_input, switch_input = candidates[1:]
+    own = [choice._gains([], (c,)).sum() for c in (pitch_input, switch_input)]
+    assert own[0] > own[1], "by its own stays"
+    assert choice._more([], (switch_input,), (pitch_input,)).sum() > 0.0
+    assert {c.item.label for c in choice.choose(candidates)} == {"pot", "switch"}

@@ -71,15 +71,13 @@ def test_what_stands_is_read_with_less_noise_and_what_moves_as_it_is() -> None:
 
 
 class Told:
-    """Inputs that are chosen, and what they tell of two pieces, by the names of the inputs [nat]."""
+    """Inputs that are chosen, and what they tell of some pieces, by the names of the inputs [nat]."""
 
-    piece = np.array([0, 1])
-
-    def __init__(self, told: dict[str, float], chosen: list[Candidate]) -> None:
-        self.told, self.chosen = told, chosen
+    def __init__(self, told: dict[str, float], chosen: list[Candidate], pieces: int = 2) -> None:
+        self.told, self.chosen, self.piece = told, chosen, np.arange(pieces)
 
     def left_out(self, inputs: list[Candidate]) -> np.ndarray:
-        return np.full(2, self.told["".join(sorted(str(c.values) for c in inputs))])
+        return np.full(len(self.piece), self.told.get("".join(sorted(str(c.values) for c in inputs)), -99.0))
 
     def choose(self, candidates: list[Candidate]) -> list[Candidate]:
         return [c for c in self.chosen if c in candidates]
@@ -111,6 +109,17 @@ def test_the_relative_place_takes_that_of_the_end_that_it_tells_best(monkeypatch
     out, left = relative_if_as_good(Told(told, [three["r"]]), [three["b"], three["f"]], list(three.values()))  # type: ignore[arg-type]
     assert out == [three["b"], three["r"]], "as the button is pushed, it is no matter where the food is beside it"
     assert left == list(three.values())
+
+
+@pytest.mark.parametrize(("both", "taken"), [(-1.0, "bf"), (-1.95, "r")])
+def test_both_ends_are_taken_where_they_clearly_tell_more_than_one_relative_to_the_other(
+    both: float, taken: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search that takes the relative place first finds that neither end adds anything to it."""
+    three = _three(monkeypatch)
+    choice = Told({"bf": both, "r": -2.0}, [three["b"], three["f"]], 8)
+    out, _ = relative_if_as_good(choice, [three["r"]], list(three.values()))  # type: ignore[arg-type]
+    assert "".join(sorted(str(c.values) for c in out)) == taken
 
 
 @pytest.mark.parametrize(("without", "alone", "kept"), [(-9.0, False, True), (-1.4, False, False), (-9.0, True, False)])

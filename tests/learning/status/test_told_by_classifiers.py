@@ -82,3 +82,24 @@ def test_what_another_input_makes_idle_is_left_out_again(monkeypatch: pytest.Mon
     first = status._Trial.of(data, EDGE, [old], None)  # type: ignore[arg-type]
     told = status._told_by_classifiers(first, choice, [old, new], data, EDGE, None)  # type: ignore[arg-type]
     assert list(told.chosen) == [new]
+
+
+@pytest.mark.parametrize(("after", "taken"), [(-0.1, "place"), (2.0, "heat")])
+def test_what_the_interaction_itself_changes_is_for_what_all_others_leave_to_be_told(
+    after: float, taken: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    piece = np.repeat(np.arange(4), 5)
+    switch, heat, place = (SimpleNamespace(caused=k == 1, item=k) for k in range(3))
+    told = {"switch": 0.0, "heat": 1.0 + after, "place": 1.0}
+
+    def of(data: object, edge: object, chosen: list[SimpleNamespace], spec: object) -> status._Trial:
+        name = "heat" if heat in chosen else "place" if place in chosen else "switch"
+        return status._Trial(chosen, *[None] * 6, np.full(20, told[name]))  # type: ignore[arg-type]
+
+    monkeypatch.setattr(status._Trial, "of", of)
+    data = SimpleNamespace(piece_index=lambda: piece)
+    choice = SimpleNamespace(open=lambda chosen, free: [c for c in free if c is place])
+    first = of(data, EDGE, [switch, heat], None)
+    found = status._told_by_classifiers(first, choice, [switch, heat, place], data, EDGE, None)  # type: ignore[arg-type]
+    assert ({"heat": heat, "place": place}[taken]) in found.chosen
+    assert (heat in found.chosen) is (taken == "heat")
