@@ -106,7 +106,7 @@ def within_arm(moved: Any, pieces: Sequence[ic.Demonstration], names: Sequence[s
         return True
     start = look(world)
     kinds = [(f"hand->{n}", n) for n in names if n != "machine"]
-    kinds += [("bottle->kettle", "kettle")] if "kettle" in names else []
+    kinds += [("bottle->kettle", "kettle"), ("kettle->bottle", "bottle")] if "kettle" in names else []
     for switched, thing in kinds:
         goal = np.median(held(moved, pieces, switched, thing), axis=0)
         goal[:3] += moved.camera().to_robot(start[thing][:3])

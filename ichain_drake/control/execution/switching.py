@@ -148,6 +148,8 @@ class Switch(Task):
             if self._begins_later(view):
                 return view.command.copy()
             if self.attempt + 1 >= view.attempts:
+                if self._ends_sooner(view):
+                    return view.command.copy()
                 raise
             # Another event may begin where the robot can get to, or end where nothing is.
             self.attempt += 1
@@ -167,6 +169,14 @@ class Switch(Task):
         if later:
             self.path.pop(0)
         return later
+
+    def _ends_sooner(self, view: View) -> bool:
+        """Of a demonstrated retreat whose end is out of reach, or blocked here, what comes before leads away, too."""
+        assert self.path
+        sooner = self.mode is Mode.DEACTIVATE and not self.pending and not any(self._jumps(view, self.path))
+        if sooner and (sooner := len(self.path) > 1):
+            self.path.pop()
+        return sooner
 
     def _check(self, view: View) -> None:
         """Lay out the approach, or the retreat from where it lets go, as any other way.

@@ -17,7 +17,7 @@ from ichain_drake.systems.own import own_scenario
 
 GOAL, NONE, NOISY, READING = "goal", "none", "noise", "reading"
 PHYSICS: tuple[Physics, ...] = ("ideal", "arm", "contact")
-FIRST_SEED = 96_000
+FIRST_SEED = 98_010
 """Of all trials, unless another is asked for; the next whole board begins elsewhere once failures on these seeds have
 led to fixes."""
 

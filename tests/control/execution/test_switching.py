@@ -301,3 +301,19 @@ def test_an_approach_that_begins_out_of_reach_is_gone_from_where_the_robot_gets_
     assert answer == DONE
     assert paths.asked == [(True, 0)], "by the same event"
     assert max(row[1] for row in gone) == pytest.approx(APPROACH[2, 1])
+
+
+def test_a_retreat_that_ends_out_of_reach_ends_sooner_once_no_other_leads_away() -> None:
+    class Short(Around):
+        """Gets no farther along a retreat than to its last state but one."""
+
+        def path(self, query):
+            rows = super().path(query)
+            if query.shown is not None and (query.goal == RETREAT[-1]).all():
+                raise UnreachableError("the arm ends there")
+            return rows
+
+    motion, paths = Short(), Shown()
+    assert run(Switch(DIM, activate=False), paths, HELD, motion=motion, attempts=3)[0] == DONE
+    assert paths.asked == [(False, 0), (False, 1), (False, 2)], "others are tried before"
+    np.testing.assert_array_equal(motion.shown[-1][1], RETREAT[-2])
