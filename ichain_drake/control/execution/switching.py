@@ -14,6 +14,7 @@ from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Tas
 from ichain_drake.control.planning.holding import taken_as
 from ichain_drake.control.planning.motion import Motion
 from ichain_drake.control.planning.travel import jumping
+from ichain_drake.control.settings import PLANNING
 from ichain_drake.errors import UnreachableError
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.state import FloatArray
@@ -191,6 +192,21 @@ class Switch(Task):
         way = view.as_shown(self.path[:count], None if self.mode is Mode.DEACTIVATE else self.edge.child)
         self.path, self.pending = [*way, *self.path[count:]], -1
 
+    def _set_down(self, view: View) -> FloatArray | None:
+        """What hangs clearly lower in the hand than a usual grasp has it is let go of where that would: None elsewhere.
+
+        What it stands on then pushes it back, as when it was shown. Let go of as it hangs it would tip over.
+        """
+        assert self.edge is not None
+        model, child, command = view.model, self.edge.child, view.command.copy()
+        usual, root = view.standing().get(child), model.graph.objects[self.edge.parent].observable
+        places = [i for i in root.role_indices("position") if getattr(root.variables[i].role, "axis", "") == "z"]
+        noise = model.noise[child][model.graph.objects[child].observable.role_indices("position")].max(initial=0.0)
+        if usual is None or not (command[places] - usual[places] > PLANNING.noises * noise).any():
+            return None
+        command[places] = usual[places]
+        return command
+
     def _jumps(self, view: View, path: Sequence[FloatArray]) -> list[bool]:
         """In which states of a path something is not as it is now that can't be changed gradually."""
         mask = jumping(view.model.graph.objects[view.model.graph.root].observable)
@@ -203,7 +219,11 @@ class Switch(Task):
         if activate and self.motion is not None:
             child = states[self.edge.child]
             prefer = taken_as(view.model, self.motion, int(self.motion.grasp(child[None])[0][0]), child)
+        down = None if activate or view.follows != self.edge.child else self._set_down(view)
+        if down is not None:
+            states[self.edge.parent] = down
         path = list(view.skills.path(view.model, self.edge, activate, states, self.attempt, prefer, self.first))
+        path = path if down is None else [down, *path]
         self.far, self.course, self.moved = activate, Course(), view.moved
         jumped = [] if activate else self._jumps(view, path)
         self.pending = jumped.index(True) + 1 if True in jumped else 0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from moved_thing import EDGE
 from moved_thing import model as moved_thing
+from small_job import fresh, learned, readings
 from toy_models import LAMP_START, lamp
 
 from ichain_drake.control.execution.switching import Switch
@@ -317,3 +318,22 @@ def test_a_retreat_that_ends_out_of_reach_ends_sooner_once_no_other_leads_away()
     assert run(Switch(DIM, activate=False), paths, HELD, motion=motion, attempts=3)[0] == DONE
     assert paths.asked == [(False, 0), (False, 1), (False, 2)], "others are tried before"
     np.testing.assert_array_equal(motion.shown[-1][1], RETREAT[-2])
+
+
+@pytest.mark.parametrize(("slip", "follows", "lower"), [(0.1, "box", True), (0.002, "box", False), (0.1, "", False)])
+def test_what_hangs_low_in_the_hand_is_let_go_of_where_a_usual_grasp_would_have_it(
+    slip: float, follows: str, *, lower: bool
+) -> None:
+    model, skills, _ = learned()
+    held = np.array([0.2, 0.1, 0.2, 1.0])
+    usual = {"box": held - [0.05, 0.0, slip, 0.0]}
+    rows = [readings(fresh()) | {"hand": held}]
+    view = View(model, skills, rows, held, follows=follows, standing=lambda: usual)
+    task = Switch(Interaction("hand", "box"), activate=False, forced=True)
+    first = task.act(view)
+    assert isinstance(first, np.ndarray)
+    assert task.path
+    assert (task.path[0] == [*held[:2], held[2] - slip, 1.0]).all() == lower, "lowered, and its hand still closed"
+    opened = next(row for row in task.path if row[3] == 0.0)
+    assert opened[2] == pytest.approx(held[2] - slip * lower, abs=0.01)
+    assert (first[2] < held[2] - 0.01) == lower
