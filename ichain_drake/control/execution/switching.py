@@ -174,10 +174,11 @@ class Switch(Task):
     def _ends_sooner(self, view: View) -> bool:
         """Of a demonstrated retreat whose end is out of reach, or blocked here, what comes before leads away, too."""
         assert self.path
-        sooner = self.mode is Mode.DEACTIVATE and not self.pending and not any(self._jumps(view, self.path))
-        if sooner and (sooner := len(self.path) > 1):
-            self.path.pop()
-        return sooner
+        retreats = self.mode is Mode.DEACTIVATE and not self.pending and not any(self._jumps(view, self.path))
+        if not retreats or len(self.path) == 1:
+            return False
+        self.path.pop()
+        return True
 
     def _check(self, view: View) -> None:
         """Lay out the approach, or the retreat from where it lets go, as any other way.
@@ -193,9 +194,10 @@ class Switch(Task):
         self.path, self.pending = [*way, *self.path[count:]], -1
 
     def _set_down(self, view: View) -> FloatArray | None:
-        """What hangs clearly lower in the hand than a usual grasp has it is let go of where that would: None elsewhere.
+        """Where the robot lets go of what hangs clearly lower in its hand than a usual grasp has it; else None.
 
-        What it stands on then pushes it back, as when it was shown. Let go of as it hangs it would tip over.
+        That is where a usual grasp would have it: what it stands on pushes it back, as when it was shown. Let go of as
+        it hangs it would tip over.
         """
         assert self.edge is not None
         model, child, command = view.model, self.edge.child, view.command.copy()

@@ -1,5 +1,6 @@
 """Inputs of a status: evidence that is conditional, that more demonstrations never take away, and honest borders."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 
 import numpy as np
@@ -31,13 +32,20 @@ def rows(kind: str, rng: np.random.Generator, n: int = 240) -> tuple[np.ndarray,
     return x + NOISE * rng.normal(size=x.shape), truth
 
 
+def of_parts(
+    parts: Sequence[tuple[np.ndarray, np.ndarray]], names: Sequence[str]
+) -> tuple[InputChoice, list[Candidate]]:
+    """The choice among the columns of some pieces, and a candidate for each."""
+    x, truth = np.vstack([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
+    piece = np.repeat(np.arange(len(parts)), [len(p[0]) for p in parts])
+    candidates = [Candidate(ValueInput("thing", i, n), x[:, [i]], np.full(1, NOISE)) for i, n in enumerate(names)]
+    return InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool)), candidates
+
+
 def chosen(kinds: list[str], seed: int = 0) -> set[str]:
     rng = np.random.default_rng(seed)
     parts = [rows(kind, rng) for kind in kinds]
-    x, truth = np.vstack([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
-    piece = np.repeat(np.arange(len(parts)), [len(p[0]) for p in parts])
-    candidates = [Candidate(ValueInput("thing", i, name), x[:, [i]], np.full(1, NOISE)) for i, name in enumerate(NAMES)]
-    choice = InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool))
+    choice, candidates = of_parts(parts, NAMES)
     return {c.item.label for c in choice.choose(candidates)}
 
 
@@ -191,11 +199,7 @@ def test_what_was_taken_before_a_switch_was_known_gives_way_to_what_tells_more_b
         switch = (np.arange(n) % 12 < 6).astype(float) * (kind != "jug")
         truth = (np.abs(pot) < 0.45) & (switch > 0.5)
         parts.append((np.column_stack([pot, jug, switch]) + NOISE * rng.normal(size=(n, 3)), truth))
-    x, truth = np.vstack([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
-    piece = np.repeat(np.arange(len(parts)), 60)
-    names = ("pot", "jug", "switch")
-    candidates = [Candidate(ValueInput("thing", i, n), x[:, [i]], np.full(1, NOISE)) for i, n in enumerate(names)]
-    choice = InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool))
+    choice, candidates = of_parts(parts, ("pot", "jug", "switch"))
     item, other, switch_item = (candidates[k] for k in (0, 1, 2))
     assert choice._exchanged([other, switch_item], candidates, by_role=True) == [item, switch_item]
     assert choice._exchanged([item, switch_item], candidates, by_role=True) == [item, switch_item]
@@ -216,11 +220,7 @@ def test_what_changes_all_the_time_is_worth_no_more_than_a_switch_that_tells_as_
             pitch, switch = 0.3 + np.abs(np.cumsum(rng.normal(scale=0.3, size=n))), np.zeros(n)
         truth = (np.abs(pot) < 0.45) & (switch > 0.5)
         parts.append((np.column_stack([pot, pitch, switch]) + NOISE * rng.normal(size=(n, 3)), truth))
-    x, truth = np.vstack([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
-    piece = np.repeat(np.arange(len(parts)), 60)
-    names = ("pot", "pitch", "switch")
-    candidates = [Candidate(ValueInput("thing", i, n), x[:, [i]], np.full(1, NOISE)) for i, n in enumerate(names)]
-    choice = InputChoice(truth, piece, left_out_folds(truth, piece), np.ones(len(truth), dtype=bool))
+    choice, candidates = of_parts(parts, ("pot", "pitch", "switch"))
     pitch_input, switch_input = candidates[1:]
     own = [choice._gains([], (c,)).sum() for c in (pitch_input, switch_input)]
     assert own[0] > own[1], "by its own stays"
