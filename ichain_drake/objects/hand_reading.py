@@ -8,7 +8,7 @@ import numpy as np
 
 from ichain_drake.errors import InputError
 from ichain_drake.objects.parents import position_indices
-from ichain_drake.state import FloatArray, StateSpace
+from ichain_drake.state import BoolArray, FloatArray, StateSpace
 
 _AXES = ("x", "y", "z")
 _LEAN = 0.8  # rad; how far from straight a hand may approach
@@ -45,13 +45,13 @@ class HandReading:
         """Position [m], shape (..., n) -> (3, ...)."""
         return hand.T[self._place]
 
-    def points_down(self, hand: FloatArray) -> bool:
-        """Whether a hand, shape (n,), approaches downwards; a hand without pitch always does."""
-        return self._pitch is None or abs(float(hand[self._pitch])) < _LEAN
+    def points_down(self, hand: FloatArray) -> BoolArray | bool:
+        """Whether a hand, shape (..., n), approaches downwards; a hand without pitch always does."""
+        return self._pitch is None or abs(hand.T[self._pitch]) < _LEAN
 
-    def points_level(self, hand: FloatArray) -> bool:
-        """Whether a hand, shape (n,), approaches along the table; a hand without pitch always does."""
-        return self._pitch is None or abs(abs(float(hand[self._pitch])) - math.pi / 2) < _LEAN
+    def points_level(self, hand: FloatArray) -> BoolArray | bool:
+        """Whether a hand, shape (..., n), approaches along the table; a hand without pitch always does."""
+        return self._pitch is None or abs(abs(hand.T[self._pitch]) - math.pi / 2) < _LEAN
 
     def rotate(self, hand: FloatArray, vector: FloatArray) -> FloatArray:
         """A vector of the hand's frame in the robot's, shapes (..., n) and (3, ...) -> (3, ...)."""

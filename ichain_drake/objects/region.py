@@ -6,7 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ichain_drake.objects.placement import Placement
+from ichain_drake.state import BoolArray, FloatArray
 
 GATE = "gate"
 """Metadata of a dataclass's field that decides where an interaction begins: neither learning nor a script sees it."""
@@ -43,3 +46,22 @@ class Region:
         point = point if self.moved is None else self.moved.point_back(point)
         x, y, z = (abs(p - c) / (h + slack) for p, c, h in zip(point, self.center, self.half, strict=True))
         return (math.hypot(x, y) if self.round else max(x, y)) <= 1.0 and z <= 1.0
+
+    def holds_rows(self, points: FloatArray, inside: BoolArray) -> BoolArray:
+        """`holds` of many points.
+
+        Args:
+            points: [m], shape (3, n).
+            inside: shape (n,).
+
+        Returns:
+            Shape (n,).
+        """
+        slack = np.where(inside, self.margin, 0.0)
+        x, y, z = points
+        if self.moved is not None:
+            x, y = self.moved.back(x, y)
+        x, y, z = (np.abs(p - c) / (h + slack) for p, c, h in zip((x, y, z), self.center, self.half, strict=True))
+        # Python's own hypotenuse, for numpy's has other last bits.
+        out = np.array([math.hypot(a, b) for a, b in zip(x, y, strict=True)]) if self.round else np.maximum(x, y)
+        return np.asarray((out <= 1.0) & (z <= 1.0))

@@ -13,7 +13,7 @@ from ichain_drake.errors import IchainError
 from ichain_drake.noise import NoiseRows
 from ichain_drake.objects.base import ParentStates, WorldObject
 from ichain_drake.state import BoolArray, FloatArray
-from ichain_drake.timing import FRAME, FRAMES_PER_TICK
+from ichain_drake.timing import FRAME
 
 _LARGEST = 1e100  # as for one run
 
@@ -148,10 +148,17 @@ class ObjectRows:
         after = decide_rows(self._object, state, told, before)
         return np.stack([after[p] for p in self._object.parents], axis=1).astype(float)
 
-    def step(self, state: FloatArray, parents: ParentStates, active: FloatArray, frame: int) -> FloatArray:
+    def step(
+        self, state: FloatArray, parents: ParentStates, active: FloatArray, frame: int, checked: BoolArray
+    ) -> FloatArray:
         """States 1/30 s later, shape (n, n_variables).
 
-        In the first tick every row is stepped by its own object too.
+        Args:
+            state: shape (n, n_variables).
+            parents: state of each parent, shape (n, n_parent_variables).
+            active: shape (n, n_parents).
+            frame: its number, from 0.
+            checked: which rows are stepped by their own objects too, shape (n,).
 
         Raises:
             NotTogetherError: if that gives other bits, or any value is no state.
@@ -167,14 +174,14 @@ class ObjectRows:
             modes = {p: v.view(view) for p, v in on.items()}
             return self._object.step(state.view(view), _viewed(told, view), modes, noise.view(view), FRAME)
 
-        return self._same("step", state, together, alone if frame < FRAMES_PER_TICK else None)
+        return self._same("step", state, together, alone, checked)
 
-    def settle(self, state: FloatArray, parents: ParentStates, active: FloatArray, *, surely: bool) -> FloatArray:
+    def settle(self, state: FloatArray, parents: ParentStates, active: FloatArray, checked: BoolArray) -> FloatArray:
         """States at the instant itself, shape (n, n_variables), once it is decided what is active.
 
         Args:
             state, parents, active: as for `step`.
-            surely: whether every row is settled by its own object too.
+            checked: which rows are settled by their own objects too, shape (n,).
 
         Raises:
             NotTogetherError: as for `step`.
@@ -188,23 +195,24 @@ class ObjectRows:
         def together(view: type[np.ndarray]) -> Any:
             return self._object.settle(state.view(view), _viewed(told, view), on)  # type: ignore[arg-type] # rows
 
-        return self._same("settle", state, together, alone if surely else None)
+        return self._same("settle", state, together, alone, checked)
 
     def _same(
         self,
         what: str,
         state: FloatArray,
         together: Callable[[type[np.ndarray]], Any],
-        alone: Callable[[WorldObject, int], FloatArray] | None,
+        alone: Callable[[WorldObject, int], FloatArray],
+        checked: BoolArray,
     ) -> FloatArray:
-        """What is calculated for all rows; of each row alone, too, if that is to be compared."""
+        """What is calculated for all rows; of some, which are checked, alone too."""
         after = self._calculated(what, state, together)
-        if alone is not None:
-            rows = [alone(own, i) for i, own in enumerate(self._each)]
-            if not np.array_equal(rows, after):  # an object may take its state apart into arrays, not into numbers
+        if np.count_nonzero(checked):
+            rows = [alone(self._each[i], i) for i in np.flatnonzero(checked).tolist()]
+            if not np.array_equal(rows, after[checked]):  # an object may take its state apart into arrays, not numbers
                 self._view = np.ndarray
                 after = self._calculated(what, state, together)
-            if not np.array_equal(rows, after):
+            if not np.array_equal(rows, after[checked]):
                 raise NotTogetherError(f"{self._object.get_name()}: {what} gives other bits for many rows than for one")
         return after
 

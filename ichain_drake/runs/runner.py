@@ -54,7 +54,7 @@ def run_jobs(
         backend: who works, from `opened`; by default this process.
         rows: what is known, and where it is kept.
         say: is told after each job, with what is left and the fraction done.
-        label: words for that, from the id of its last finding, and how many jobs are done of how many.
+        label: words for that, from the id of its last finding, and how many trials are done of how many.
         timeout: of each trial [s].
 
     Returns:
@@ -66,7 +66,8 @@ def run_jobs(
         KeyboardInterrupt: on Ctrl-C; what was finished is in `rows`.
     """
     backend, rows = backend or LocalProcesses(), rows or RowFile()
-    progress = _Progress(len(jobs), len(_left(jobs, rows)), say, label)
+    left = sum(len(ids) for _, ids in _left(jobs, rows))
+    progress = _Progress(sum(len(job.ids) for job in jobs), left, say, label)
     losses, kept = 0, len(rows.found)
     with tempfile.TemporaryDirectory(prefix="ichain-", ignore_cleanup_errors=True) as folder:
         while work := _left(jobs, rows):
@@ -149,7 +150,7 @@ def _attempt(
         with closing(backend.each(_run, given)) as results:  # type: ignore[type-var] # a generator, see there
             for found in results:
                 rows.add({key: value for key, value in found.items() if key not in rows.found})
-                progress.one_done(list(found)[-1])
+                progress.done(found)
     except (WorkersGoneError, TrialKilledError) as error:
         _rescue(folder, rows)
         begun = [ids for (_, ids), note in zip(work, notes, strict=True) if note is not None and note.exists()]
@@ -208,10 +209,10 @@ def _worker_lost(lost: _LostError, rows: RowFile) -> WorkerLostError:
 
 
 class _Progress:
-    """What is said after each job: how many are done, and how long the others will take.
+    """What is said after each job: how many trials are done, and how long the others will take.
 
     Args:
-        total: number of jobs.
+        total: number of trials.
         left: of them, those that are to be done.
         say, label: see `run_jobs`.
     """
@@ -222,9 +223,10 @@ class _Progress:
         if self._before:
             self.tell(f"{self._before} of {total} were done before")
 
-    def one_done(self, last: str) -> None:
-        """A job is finished; `last` is the id of its last finding."""
-        self._done += 1
+    def done(self, found: Iterable[str]) -> None:
+        """A job is finished, with findings of these ids."""
+        *_, last = names = list(found)
+        self._done += len(names)
         done, total = self._done, self._total
         line = self._label(last, done, total) if self._label else f"{done} of {total}: {last}"
         each = (time.monotonic() - self._began) / (done - self._before)

@@ -3,6 +3,7 @@
 # No `from __future__ import annotations`: Drake's typed YAML reader needs the fields' types themselves.
 
 import dataclasses
+import itertools
 from abc import abstractmethod
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -244,16 +245,8 @@ class GraphScenario(Scenario, Generic[StartT]):
         Raises:
             InputError: on a piece whose commands are not the hand's.
         """
-        if {e.name for e in self.graph.interactions} <= set(known):
-            return
-        rng = np.random.default_rng([self.seed, self.script_purpose])
-        pieces: list[tuple[int, ScriptedPiece[StartT]]] = []
-        for number, piece in enumerate(self.script(rng)):
-            piece.check(self.graph)
-            if piece.is_needed(known):
-                pieces.append((FIRST_DEMONSTRATION + number, piece))
-        names = tuple(self.graph.objects)
-        together = self._recorded_together(pieces, names)
+        pieces, names = self._needed(known), tuple(self.graph.objects)
+        together = _recorded_together([(self, pieces)])
         for run, piece in pieces:
             ticks = len(piece.commands)
             if progress:
@@ -263,17 +256,17 @@ class GraphScenario(Scenario, Generic[StartT]):
             else:
                 yield next(together)
 
-    def _recorded_together(
-        self, pieces: Sequence[tuple[int, ScriptedPiece[StartT]]], objects: Sequence[str]
-    ) -> Iterator[Demonstration] | None:
-        """All pieces at once, which takes a fraction of the time; None where they can't, or somebody looks."""
-        if self.physics != "ideal" or len(pieces) < 2 or not nobody_looks():  # noqa: PLR2004 - several
-            return None
-        worlds = [self.build_world(piece.start, run) for run, piece in pieces]
-        try:
-            return record_together(worlds, [p.commands for _, p in pieces], objects, [p.name for _, p in pieces])
-        except NotTogetherError:
-            return None
+    def _needed(self, known: Collection[str] = ()) -> list[tuple[int, ScriptedPiece[StartT]]]:
+        """Pieces that show what is not known, each with the number of the run that it is recorded in."""
+        if {e.name for e in self.graph.interactions} <= set(known):
+            return []
+        rng = np.random.default_rng([self.seed, self.script_purpose])
+        pieces = []
+        for number, piece in enumerate(self.script(rng)):
+            piece.check(self.graph)
+            if piece.is_needed(known):
+                pieces.append((FIRST_DEMONSTRATION + number, piece))
+        return pieces
 
     def drawn_plant(self) -> Diagram | None:
         """The arm and what stands there; None in `ideal`."""
@@ -285,6 +278,40 @@ class GraphScenario(Scenario, Generic[StartT]):
     def seats(self) -> Mapping[str, Seat]:
         """The hand; of several each by itself, while the others stay."""
         return {n: hand_seat(self, lambda run: self.build_world(self.start(run), run), n) for n in self.graph.roots}
+
+
+def record_seeds(scenarios: Sequence[Scenario]) -> list[list[Demonstration]]:
+    """The demonstrations of each of several scenarios, in `ideal` physics recorded all at once where that can be.
+
+    Args:
+        scenarios: differ in their seeds alone.
+
+    Raises:
+        InputError: as `record_demonstrations`.
+    """
+    own = GraphScenario.record_demonstrations
+    scripts = [
+        (s, s._needed()) for s in scenarios if isinstance(s, GraphScenario) and type(s).record_demonstrations is own
+    ]
+    together = _recorded_together(scripts) if len(scripts) == len(scenarios) else None
+    if together is None:
+        return [list(s.record_demonstrations()) for s in scenarios]
+    return [list(itertools.islice(together, len(pieces))) for _, pieces in scripts]
+
+
+def _recorded_together(
+    scripts: Sequence[tuple[GraphScenario[Any], Sequence[tuple[int, ScriptedPiece[Any]]]]],
+) -> Iterator[Demonstration] | None:
+    """All pieces at once, which takes a fraction of the time; None where they can't, or somebody looks."""
+    first, pieces = scripts[0][0], [piece for _, script in scripts for _, piece in script]
+    if first.physics != "ideal" or len(pieces) < 2 or not nobody_looks():  # noqa: PLR2004 - several
+        return None
+    worlds = [scenario.build_world(piece.start, run) for scenario, script in scripts for run, piece in script]
+    commands, names = [p.commands for p in pieces], [p.name for p in pieces]
+    try:
+        return record_together(worlds, commands, tuple(first.graph.objects), names)
+    except NotTogetherError:
+        return None
 
 
 def _drawn_hand(spec: RobotSpec, closes_by: float) -> HandDrawing:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from ichain_drake.control.tracking.each_row import each_row
 from ichain_drake.control.tracking.systems import PathController
 from ichain_drake.simulation.episode import EpisodeLog
 from ichain_drake.simulation.path_watch import PathWatch
-from ichain_drake.state import FloatArray, IntArray
-from ichain_drake.timing import FRAME, FRAMES_PER_TICK, TICK
+from ichain_drake.simulation.run_logs import RunLogs
+from ichain_drake.timing import FRAMES_PER_TICK, TICK
 from ichain_drake.world.rows import WorldRows
 from ichain_drake.world.world import World
 
@@ -44,7 +44,7 @@ def follow_path_together(
 
     watches = [PathWatch(path) for _ in worlds]
     allowed = watches[0].allowed
-    log = _Logs(len(worlds), allowed, world.states, controller.initial_command)
+    log = RunLogs(len(worlds), allowed, world.states, controller.initial_command[None])
     running, search = np.arange(len(worlds)), TRACKING.search * TICK
     memory = np.zeros((len(worlds), controller.policy.memory_size))
     ahead = TICK * np.arange(1, controller.policy.lookahead + 1)
@@ -55,7 +55,7 @@ def follow_path_together(
         wanted = path.at_time(path.time[progress][:, None] + ahead)
         states = [world.states[o] if o in truth else world.measured(o) for o in controller.reads]
         command, memory, _ = policy.decide(states, wanted, memory)
-        log.add(running, tick, world.frames(command), command)
+        log.add(running, tick, ((states, {}) for states in world.frames(command)), command)
         position = world.measured(commander.followed)[:, targets]
         progress = path.advance_rows(position, progress, search)
         passed = log.states[commander.followed][running, first : first + FRAMES_PER_TICK + 1][..., true_targets]
@@ -68,39 +68,3 @@ def follow_path_together(
         if not on.all():
             world.keep(on)
     return [(log.of(k), watch.arrival) for k, watch in enumerate(watches)]
-
-
-class _Logs:
-    """What is logged of every run, a row a frame.
-
-    Args:
-        runs: how many.
-        ticks: of each, at most.
-        states: at the start.
-        command: before the first decision.
-    """
-
-    def __init__(self, runs: int, ticks: int, states: Mapping[str, FloatArray], command: FloatArray) -> None:
-        rows = ticks * FRAMES_PER_TICK + 1
-        self.states = {name: np.empty((runs, rows, state.shape[1])) for name, state in states.items()}
-        self._command = np.empty((runs, rows, len(command)))
-        self._last = np.zeros(runs, dtype=np.intp)
-        self._command[:, 0] = command
-        for name, state in states.items():
-            self.states[name][:, 0] = state
-
-    def add(self, runs: IntArray, tick: int, frames: Iterable[Mapping[str, FloatArray]], command: FloatArray) -> None:
-        """A tick of some of the runs."""
-        begin = tick * FRAMES_PER_TICK + 1
-        self._last[runs] = begin + FRAMES_PER_TICK - 1
-        self._command[runs, begin : begin + FRAMES_PER_TICK] = command[:, None]
-        for k, states in enumerate(frames):
-            for name, state in states.items():
-                self.states[name][runs, begin + k] = state
-
-    def of(self, run: int) -> EpisodeLog:
-        """The log of one run: views, for copies of many long runs would take as much memory again."""
-        rows = slice(self._last[run] + 1)
-        states = {name: state[run, rows] for name, state in self.states.items()}
-        times = np.arange(self._last[run] + 1) * FRAME
-        return EpisodeLog(times, states, {}, {}, self._command[run, rows])

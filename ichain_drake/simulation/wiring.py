@@ -28,7 +28,8 @@ from ichain_drake.state import FloatArray
 from ichain_drake.timing import FRAME, FRAMES_PER_TICK
 from ichain_drake.world.world import World
 
-_LOOK = 4  # ticks of readings that a goal is read with
+LOOK = 4
+"""Ticks of readings that a goal is read with."""
 
 Task = TimedPath | Goal | str | Sequence[str]
 """What is wanted: a timed path of the last object of a chain; or a goal, as it is or as text."""
@@ -63,8 +64,7 @@ def path_controller(chain: LearnedChain, controller: ChainController, path: Time
     return PathController(decides, path, chain.names[-1], spaces[chain.names[-1]], chain.targets)
 
 
-def goal_controller(
-    world: World,
+def goal_executor(
     model: InteractionModel,
     goal: Goal,
     *,
@@ -72,11 +72,10 @@ def goal_controller(
     own_skills: OwnSkills | None = None,
     settings: ExecutorSettings | None = None,
     planner: Planner | str = "fast",
-) -> GraphController:
-    """The system that brings about a goal with a learned graph; arguments as for `AddController`."""
+) -> Executor:
+    """What brings about a goal with a learned graph; arguments as for `AddController`."""
     planner = make_planner(model, planner).plan if isinstance(planner, str) else planner
-    executor = Executor(model, Skills.of(model, own_skills), planner, goal, settings, motion)
-    return GraphController(executor, start_command(world))
+    return Executor(model, Skills.of(model, own_skills), planner, goal, settings, motion)
 
 
 def make_planner(model: InteractionModel, name: str = "fast") -> GraphPlanner:
@@ -141,16 +140,15 @@ def AddController(  # noqa: N802 - named as Drake names what adds systems to a b
         model.for_goals()
         texts = [task] if isinstance(task, str) else task
         goal = texts if isinstance(texts, Goal) else parse_goal(texts, model, look(world))
-        system = goal_controller(
-            world, model, goal, motion=motion, own_skills=own_skills, settings=settings, planner=planner
-        )
+        executor = goal_executor(model, goal, motion=motion, own_skills=own_skills, settings=settings, planner=planner)
+        system = GraphController(executor, start_command(world))
     builder.AddSystem(system)
     wire(builder, world, system)
     return system
 
 
 def look(world: World) -> States:
-    """What is measured at the start of a run, averaged over the ticks that a controller looks too.
+    """What is measured at the start of a run, averaged over the `LOOK` ticks that a controller looks too.
 
     Args:
         world: no part of a diagram that was built already.
@@ -160,7 +158,7 @@ def look(world: World) -> States:
     simulator.Initialize()
     readings = []
     with deferred_interrupt() as pressed:
-        for tick in range(_LOOK):
+        for tick in range(LOOK):
             if tick:
                 simulator.AdvanceTo(tick * FRAMES_PER_TICK * FRAME)
             if pressed():

@@ -63,15 +63,16 @@ class WorldRows:
             self.active,
             {n: rows.decide(self.states[n], self.states, self.active[n]) for n, rows in self._objects.items()},
         )
+        # Another branch is another piece of numpy, of which each is compared where it begins.
+        begins = self._frame < FRAMES_PER_TICK
+        self._checked = {n: begins | np.any(active != before[n], axis=1) for n, active in self.active.items()}
         states = dict(self.states)
         for n, rows in self._objects.items():
-            active = self.active[n]
+            active, checked = self.active[n], self._checked[n]
             if rows.immediate and step:
-                states[n] = rows.step(states[n], self.states, active, self._frame)
+                states[n] = rows.step(states[n], self.states, active, self._frame, checked)
             if rows.settles:
-                # Another branch is another piece of numpy, of which each is compared where it begins.
-                surely = self._frame < FRAMES_PER_TICK or not np.array_equal(active, before[n])
-                states[n] = rows.settle(states[n], self.states, active, surely=surely)
+                states[n] = rows.settle(states[n], self.states, active, checked)
         self.states = states
 
     def measured(self, name: str) -> FloatArray:
@@ -103,7 +104,7 @@ class WorldRows:
         """One frame: what holds at t itself; then everything else."""
         self._decide(step=True)
         self.states = self.states | {
-            name: rows.step(self.states[name], self.states, self.active[name], self._frame)
+            name: rows.step(self.states[name], self.states, self.active[name], self._frame, self._checked[name])
             for name, rows in self._objects.items()
             if not rows.immediate
         }

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from ichain_drake.objects.placement import Placement
@@ -37,3 +38,14 @@ def test_a_region_is_moved_and_turned_with_its_machine() -> None:
     assert moved.holds((0.69, 1.5, 0.0))  # its long side lies across now
     assert not moved.holds((0.5, 1.69, 0.0))
     assert not moved.holds((1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("placement", [None, Placement(about=(0.5, 0.0), shift=(0.1, 0.2), turn=0.4)])
+@pytest.mark.parametrize("round_", [False, True])
+def test_many_points_are_held_as_each_is(placement: Placement | None, round_: bool) -> None:
+    region = Region(BOX.center, BOX.half, margin=0.03, round=round_, moved=placement)
+    rng = np.random.default_rng(0)
+    points, inside = rng.uniform([0.5, -0.4, -0.4], [1.5, 0.8, 0.4], (3000, 3)), rng.random(3000) < 0.5
+    each = [region.holds(p.tolist(), bool(was)) for p, was in zip(points, inside, strict=True)]
+    assert 100 < sum(each) < 2900
+    np.testing.assert_array_equal(region.holds_rows(points.T, inside), each)

@@ -65,7 +65,11 @@ def stepped(cls: type[WorldObject]) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     """States, the knob, and states after a step that was compared with that of each row alone."""
     rng = np.random.default_rng(0)
     states, knob = rng.normal(size=(3000, 2)), rng.uniform(0, 3, (3000, 1))
-    return states, knob, rows_of(cls, 3000).step(states, {"knob": knob}, np.ones((3000, 1)), 0)
+    return (
+        states,
+        knob,
+        rows_of(cls, 3000).step(states, {"knob": knob}, np.ones((3000, 1)), 0, np.ones(3000, dtype=bool)),
+    )
 
 
 def test_powers_are_those_of_numbers_where_a_step_takes_numbers() -> None:
@@ -136,7 +140,9 @@ def test_what_settles_is_compared_with_each_row_alone_where_that_is_asked() -> N
     assert rows.settles
     assert not rows_of(Squared, 3).settles
     told, off, on = {"knob": np.ones((3, 1))}, np.zeros((3, 1)), np.ones((3, 1))
-    np.testing.assert_array_equal(rows.settle(states, told, off, surely=True), states)
-    np.testing.assert_array_equal(rows.settle(states, told, on, surely=False), states + states.mean(axis=0))
+    np.testing.assert_array_equal(rows.settle(states, told, off, np.ones(len(states), dtype=bool)), states)
+    np.testing.assert_array_equal(
+        rows.settle(states, told, on, np.zeros(len(states), dtype=bool)), states + states.mean(axis=0)
+    )
     with pytest.raises(NotTogetherError, match="thing: settle gives other bits for many rows than for one"):
-        rows.settle(states, told, on, surely=True)
+        rows.settle(states, told, on, np.ones(len(states), dtype=bool))

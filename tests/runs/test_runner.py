@@ -27,7 +27,7 @@ def test_findings_come_in_the_order_of_the_jobs_whoever_is_done_first(tmp_path):
     assert [f["name"] for f in found] == ["a1", "a2", "b1", "b2", "c1", "c2"]
     assert [fraction for _, fraction in said] == pytest.approx([1 / 3, 2 / 3, 1.0])
     assert all(line.endswith(" s left") for line, _ in said[:2])
-    assert said[2][0].startswith("3 of 3: ") and not said[2][0].endswith("left")
+    assert said[2][0].startswith("6 of 6: ") and not said[2][0].endswith("left")
     assert [about(seconds) for seconds in (7.4, 100, 5 * 60, 9000)] == [
         "about 7 s", "about 1.7 min", "about 5 min", "about 2.5 h",
     ]  # fmt: skip
@@ -178,14 +178,14 @@ def test_what_is_left_is_told_by_what_a_job_took_so_far(monkeypatch):
     clock = iter([100.0, 110.0, 130.0, 145.0])
     monkeypatch.setattr(runner.time, "monotonic", lambda: next(clock))
     progress = runner._Progress(6, 4, lambda line, fraction: said.append(f"{fraction:.2f} {line}"), None)
-    progress.one_done("a")
-    progress.one_done("b")
-    progress.one_done("c")
+    progress.done(["a"])
+    progress.done(["b"])
+    progress.done({"c": {}, "d": {}})
     assert said == [
         "0.33 2 of 6 were done before",
         "0.50 3 of 6: a; about 30 s left",
         "0.67 4 of 6: b; about 30 s left",
-        "0.83 5 of 6: c; about 15 s left",
+        "1.00 6 of 6: d",
     ]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 
 import numpy as np
@@ -65,9 +64,7 @@ class GraphController(TickSystem):
         measured = {n: port.Eval(context) for n, port in self._measured.items()}
         valid = {n: not p.HasValue(context) or bool(p.Eval(context)[0] > 0.5) for n, p in self._valid.items()}
         slot = state.get_mutable_abstract_state(int(self._memory))
-        memory = copy.copy(slot.get_value().memory)
-        memory.tasks = copy.deepcopy(memory.tasks)
-        memory.log, memory.plans = list(memory.log), list(memory.plans)
+        memory = slot.get_value().memory.own()
         command = self.executor.decide(memory, measured, valid)
         slot.set_value(_Kept(memory))
         discrete.set_value(self._command, command)

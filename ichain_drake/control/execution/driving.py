@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ichain_drake.control.execution.course import Course
 from ichain_drake.control.execution.tasks import DONE, Answer, Failed, Mode, Task, View
@@ -15,7 +17,7 @@ from ichain_drake.control.settings import EXECUTION, PLANNING
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
 from ichain_drake.rules import enabled
-from ichain_drake.state import FloatArray
+from ichain_drake.state import BoolArray, FloatArray
 
 
 @dataclass(eq=False)
@@ -43,8 +45,8 @@ class DriveTask(Task):
 
     step: PlanStep | None = None
     goal: FloatArray | None = None
-    history: list[FloatArray] = field(default_factory=list)
-    inactive: list[tuple[bool, ...]] = field(default_factory=list)
+    history: FloatArray | None = None
+    inactive: BoolArray | None = None
     arrived: bool = False
     pushed: bool = False
     course: Course = field(default_factory=Course)
@@ -67,11 +69,11 @@ class DriveTask(Task):
         target, name, direction, value = step.until
         space = model.graph.objects[target].observable
         i = space.index(name)
-        self.history.append(view.readings[-1][target].copy())
+        self.history = _with(self.history, view.readings[-1][target])
         now = view.averaged(2)
-        self.inactive.append(tuple(not view.holds(e) for e in chain))
+        self.inactive = _with(self.inactive, np.array([not view.holds(e) for e in chain]))
         if view.monitors:
-            recent = np.array(self.inactive[-EXECUTION.corrected :]).mean(axis=0)
+            recent = self.inactive[-EXECUTION.corrected :].mean(axis=0)
             if len(self.inactive) >= EXECUTION.corrected and recent[0] >= LEARNING.kept:
                 return Failed(chain[0], "lost", f"{chain[0].name} became inactive while it drove {target}.{name}")
             if len(self.inactive) in (PLANNING.probe, PLANNING.probe + 1) and (recent >= LEARNING.kept).any():
@@ -115,13 +117,14 @@ class DriveTask(Task):
             root = frames.along(edge.parent, root, edge.child, then, child)
         most = self.goal + np.mean(space.difference(root, self.goal), axis=0)
         self.goal = np.where(jumping(space), self.goal, most)
-        self.pushed, self.arrived, self.history, self.inactive = True, False, [], []
+        self.pushed, self.arrived, self.history, self.inactive = True, False, None, None
         return True
 
     def _moves(self, model: InteractionModel, i: int, direction: int) -> bool:
         assert self.step is not None
+        assert self.history is not None
         noise = model.noise[self.step.chain[-1].child][i]
-        values = np.array(self.history)[:, i]
+        values = self.history[:, i]
         half = len(values) // 2
         return bool(direction * (values[half:].mean() - values[:half].mean()) > LEARNING.sure * noise)
 
@@ -129,9 +132,10 @@ class DriveTask(Task):
         """All variables that the drive should change are where they should be, or have stopped changing."""
         step, model = self.step, view.model
         assert step is not None
+        assert self.history is not None
         target = step.chain[-1].child
         noise = model.noise[target]
-        seen, few = np.array(self.history), LEARNING.ticks
+        seen, few = self.history, LEARNING.ticks
         start, now = seen[:2].mean(axis=0), seen[-few:].mean(axis=0)
         if len(seen) < LEARNING.look:
             return False
@@ -196,3 +200,11 @@ class DriveTask(Task):
         if len(values) < 2 * w + 2:
             return False
         return bool(sign * (values[-w:].mean() - values[-2 * w : -w].mean()) < LEARNING.slight * rate * w)
+
+
+RowT = TypeVar("RowT", bound=np.generic)
+
+
+def _with(rows: NDArray[RowT] | None, row: NDArray[RowT]) -> NDArray[RowT]:
+    """Rows and one more, in an array of their own."""
+    return row[None].copy() if rows is None else np.concatenate([rows, row[None]])

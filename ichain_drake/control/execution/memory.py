@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import copy
+from dataclasses import dataclass, field, replace
 
 from ichain_drake.control.execution.carried import Carried, Places
 from ichain_drake.control.execution.detour import Blocked
@@ -104,6 +105,11 @@ class Memory:
     robot: str = ""
     resting: dict[str, Resting] = field(default_factory=dict)
     kept: tuple[Interaction, ...] = ()
+
+    def own(self) -> Memory:
+        """A copy that a decision may change."""
+        tasks = copy.deepcopy(self.tasks)
+        return replace(self, tasks=tasks, log=list(self.log), plans=list(self.plans))
 
     @property
     def stopped(self) -> bool:

@@ -44,6 +44,7 @@ class Run:
         self.lost: list[Interaction | None] = [None] * self.n
         self.fixed = {n: ~keeps(model, n) for n in model.passive}
         self.rate = np.array([d.rate for d in self.drives])
+        self.direction = np.array([d.direction for d in self.drives])
 
     def _placed(self) -> Batch:
         """Carried objects where the drive begins, the robot as in the sample."""
@@ -138,17 +139,12 @@ class Run:
 
     def _moving(self, values: list[FloatArray], ticks: IntArray, begin: int) -> BoolArray:
         """Rows whose driven variable still changes."""
-        out = np.ones(self.n, dtype=bool)
-        for r, d in enumerate(self.drives):
-            back = max(
-                begin,
-                next((k for k in range(len(values) - 1, 0, -1) if ticks[r] - self.ticks_at[k][r] >= self.window), 0),
-            )
-            passed = ticks[r] - self.ticks_at[back][r]
-            if passed >= self.window:
-                change = d.direction * (values[-1][r] - values[back][r])
-                out[r] = change > PLANNING.least * self.rate[r] * passed
-        return out
+        enough = np.array(self.ticks_at) <= ticks - self.window
+        back = np.maximum(begin, enough.sum(axis=0) - 1)  # the last step that long ago, for ticks never run back
+        each = np.arange(self.n)
+        passed = ticks - np.array(self.ticks_at)[back, each]
+        change = self.direction * (values[-1] - np.array(values)[back, each])
+        return (passed < self.window) | (change > PLANNING.least * self.rate * passed)
 
     def undo(self, ends: Batch, stops: Sequence[Stop]) -> Batch:
         """Robot and carried objects back to where the drive began, then these to where they were before.

@@ -15,7 +15,7 @@ from ichain_drake.objects.hand_reading import HandReading
 from ichain_drake.objects.parents import only_hand
 from ichain_drake.objects.region import GATE, Region
 from ichain_drake.objects.touch import TouchRule
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable
+from ichain_drake.state import BoolArray, FloatArray, Role, StateSpace, Variable
 
 LEVELS = 6
 """Highest level (paper sec. VI: a maximum depression of 6 pixels of the camera)."""
@@ -120,12 +120,20 @@ class Button(WorldObject):
     ) -> Mapping[str, bool]:
         """While the hand is over the button, at its top or lower; with a body, while it feels the hand."""
         hand = parents[self._hand]
-        on = self._read.points_down(hand)
+        on = bool(self._read.points_down(hand))
         if on and touch is None:
             on = self.region.holds(self._read.position(hand).tolist(), active[self._hand])
         elif touch is not None:
             on = _TOUCH.holds(touch, active[self._hand])
         return {self._hand: on}
+
+    def decide_rows(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
+    ) -> Mapping[str, BoolArray]:
+        """See `DecidesRows`."""
+        hand = parents[self._hand]
+        over = self.region.holds_rows(self._read.position(hand), active[self._hand])
+        return {self._hand: over & self._read.points_down(hand)}
 
     def sample_body(self, body: FloatArray) -> FloatArray:
         """Travel from the prismatic joint, which is negative when pressed."""

@@ -234,13 +234,32 @@ class Cup(WorldObject):
             return not self._slips_now(state, rim)
         relative = (self._read.position(hand) - rim).tolist()
         closes = state[self._grip] < _CUT
-        return bool(closes) and self.cup.grasp.holds(relative) and self._read.points_level(hand)
+        return bool(closes) and self.cup.grasp.holds(relative) and bool(self._read.points_level(hand))
 
     def _slips_now(self, state: FloatArray, rim: list[float]) -> bool:
         if not self._faults.slips(state):
             return False
         lifted = rim[2] - self.cup.height - float(self.support(*np.array(rim))) > _LIFTED
         return bool(lifted)
+
+    def decide_rows(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
+    ) -> Mapping[str, BoolArray]:
+        """See `DecidesRows`."""
+        rim = self.cup.camera.to_robot(state[:, :3]).T
+        on = {t: r.holds_rows(rim, active[t]) for t, r in self.cup.outlets.items() if t in self.parents}
+        upright = inclination(state[:, 3], state[:, self._lean]) < UPRIGHT if self._pourers else False
+        for vessel, index in self._pourers.items():
+            apart = self.cup.camera.to_robot(parents[vessel][:, index]).T - rim
+            on[vessel] = upright & self.cup.inlets[vessel].holds_rows(apart, active[vessel])
+        hand, was = parents[self._hand], active[self._hand]
+        around = self.cup.grasp.holds_rows(self._read.position(hand) - rim, np.zeros(len(state), dtype=bool))
+        taken = (state[:, self._grip] < _CUT) & around & self._read.points_level(hand)
+        lost = self._faults.slips(state.T)
+        if np.count_nonzero(lost):
+            lost = lost & (rim[2] - self.cup.height - self.support(*rim) > _LIFTED)
+        on[self._hand] = (hand[:, self._read.grip_index] > _CUT) & np.where(was, ~lost, taken)
+        return on
 
     def sample_body(self, body: FloatArray) -> FloatArray:
         """Mouth, tilt, lean of a free body [q (w, x, y, z, position); v] whose origin is the middle of its bottom."""

@@ -16,7 +16,7 @@ from ichain_drake.objects.camera import CameraFrame
 from ichain_drake.objects.parents import level_index, position_indices
 from ichain_drake.objects.region import Region
 from ichain_drake.objects.vessels.vessel import AMOUNT_NOISE, CAPACITY, Exchange, bookkeeping, contents, fill
-from ichain_drake.state import FloatArray, Role, StateSpace, Variable, wrap_angle
+from ichain_drake.state import BoolArray, FloatArray, Role, StateSpace, Variable, wrap_angle
 
 _CONTENTS = 3  # variables
 _POSE_NOISE = (0.0015, 0.0015, 0.0015, 0.01)  # as that of a cup's reading [m, rad]
@@ -142,6 +142,19 @@ class Tank(WorldObject):
                 on[parent] = self.tank.inlet.holds(mouth.tolist(), active[parent])
             else:  # the level itself has hysteresis
                 on[parent] = bool(parents[parent][self._levels[parent]] > _THRESHOLD)
+        return on
+
+    def decide_rows(
+        self, state: FloatArray, parents: ParentStates, active: Mapping[str, BoolArray]
+    ) -> Mapping[str, BoolArray]:
+        """See `DecidesRows`."""
+        on = {}
+        for parent, values in parents.items():
+            if parent in self._cups:
+                mouth = self.tank.camera.to_robot(values[:, self._cups[parent]])
+                on[parent] = self.tank.inlet.holds_rows(mouth.T, active[parent])
+            else:
+                on[parent] = values[:, self._levels[parent]] > _THRESHOLD
         return on
 
     def measure(self, state: FloatArray, noise: FloatArray) -> FloatArray:

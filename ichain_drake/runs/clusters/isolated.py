@@ -15,7 +15,7 @@ import traceback
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from ichain_drake.errors import IchainError
 
@@ -39,6 +39,15 @@ class Job(Protocol):
         """What is found for an id if the job raised before."""
 
 
+@runtime_checkable
+class JointJob(Job, Protocol):
+    """Trials that could be found apart too, with the same findings; then none of them is in another one's way."""
+
+    @property
+    def apart(self) -> Sequence[Job]:
+        """The same trials, in jobs of their own."""
+
+
 class TrialKilledError(Exception):
     """Somebody killed the process of a trial: the system, out of memory, or a person. No finding about the trial."""
 
@@ -47,7 +56,8 @@ def findings(job: Job, ids: Collection[str], timeout: float | None = None) -> It
     """Run a job in a process of its own.
 
     A trial that raises, takes too long or ends its process gives a finding with the reason; those behind it get another
-    process. What is found comes back as JSON, whoever ran it.
+    process. Of a `JointJob` nobody knows which trial it was: what was not found yet is found apart. What is found comes
+    back as JSON, whoever ran it.
 
     Args:
         job: what to run.
@@ -73,6 +83,10 @@ def findings(job: Job, ids: Collection[str], timeout: float | None = None) -> It
             reason = f"took longer than {timeout:g} s and was stopped"
         finally:
             child.end()
+        if left and isinstance(job, JointJob):
+            for part in job.apart:
+                yield from findings(part, [i for i in part.ids if i in left], timeout)
+            return
         if left:
             name = left.pop(0)
             yield name, json.loads(json.dumps(job.failed(name, reason or "came to an end without a finding")))
@@ -189,7 +203,7 @@ def _run(job: Job, ids: Sequence[str], end: int) -> int:
             for key, value in job.run(ids):
                 tell(key, value)
         except Exception as error:  # whatever a trial raises is a finding about this trial
-            for key in list(left):
+            for key in [] if isinstance(job, JointJob) else list(left):
                 tell(key, job.failed(key, reason_of(error)))
         except KeyboardInterrupt:
             return _INTERRUPTED

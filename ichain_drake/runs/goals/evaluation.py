@@ -14,7 +14,7 @@ from ichain_drake.errors import InputError, WorkerLostError
 from ichain_drake.learning import InteractionModel
 from ichain_drake.runs.clusters.backend import Backend, opened
 from ichain_drake.runs.clusters.workers import Say, Workers
-from ichain_drake.runs.goals.fresh import FreshSeed, SharedTrial, record_pieces, try_to_learn
+from ichain_drake.runs.goals.fresh import FreshSeed, SharedTrial, join, record_pieces, try_to_learn
 from ichain_drake.runs.goals.settings import graph_spec
 from ichain_drake.runs.goals.status_accuracy import (
     LEAST_EVENTS,
@@ -128,7 +128,7 @@ def evaluate_goals(what: GoalEvaluation, progress: Say | None = None, rows: RowF
     try:
         with opened(what.workers, say) as backend:
             work += _prepare(what, backend, say, found)
-            run_jobs(work, backend, rows, say, timeout=what.workers.trial_timeout)
+            run_jobs(join(work, what.workers), backend, rows, say, timeout=what.workers.trial_timeout)
     except WorkerLostError as lost:
         lost.found = found
         raise

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -15,13 +16,22 @@ from ichain_drake.errors import IchainError
 from ichain_drake.graph import InteractionGraph
 from ichain_drake.learning import InteractionModel, InteractionSpec
 from ichain_drake.robot import Physics
+from ichain_drake.runs.clusters.isolated import Job
+from ichain_drake.runs.clusters.workers import Workers
+from ichain_drake.runs.goals.many import timed_trials
 from ichain_drake.runs.goals.settings import graph_spec
-from ichain_drake.runs.goals.trial import Trial, run_trial, timed_trial, without_roles
+from ichain_drake.runs.goals.trial import Trial, run_trial, without_roles
 from ichain_drake.runs.goals.variants import NO_ROLES, GoalVariant, piece_order
 from ichain_drake.runs.learn import learn
 from ichain_drake.scenarios.base import Scenario
+from ichain_drake.scenarios.graph_scenario import record_seeds
 
 Row = dict[str, Any]
+JobT = TypeVar("JobT", bound=Job)
+
+
+TOGETHER = 8
+"""Seeds of one job, at most: more are hardly faster, and a killed process would lose them all."""
 
 
 def record_pieces(kind: type[Scenario], overrides: Sequence[str], physics: Physics, seed: int) -> list[Demonstration]:
@@ -74,6 +84,33 @@ class SharedTrial:
 
 
 @dataclass(frozen=True)
+class SharedTrials:
+    """Runs of one line and model, in `ideal` physics calculated together; rows are equal to those of each alone.
+
+    Attributes:
+        apart: the runs.
+    """
+
+    apart: tuple[SharedTrial, ...]
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """One name a run."""
+        return tuple(name for one in self.apart for name in one.ids)
+
+    def run(self, ids: Collection[str]) -> Iterator[tuple[str, Row]]:
+        """The rows."""
+        wanted = [one for one in self.apart if one.ids[0] in ids]
+        rows = timed_trials([one.trial for one in wanted], [one.model for one in wanted])
+        for one, (row, _) in zip(wanted, rows, strict=True):
+            yield one.ids[0], row
+
+    def failed(self, name: str, reason: str) -> Row:
+        """As the run's that has the name."""
+        return next(one for one in self.apart if name in one.ids).failed(name, reason)
+
+
+@dataclass(frozen=True)
 class FreshSeed:
     """One run of each line with demonstrations of its own seed, as `ichain run --seed` has them; a finding is a row.
 
@@ -105,44 +142,112 @@ class FreshSeed:
 
     def run(self, ids: Collection[str]) -> Iterator[tuple[str, Row]]:
         """Record, learn and run; rows have `learning_seconds` and `plan_seconds` of processor and `wall_seconds`."""
-        began = time.monotonic()
-        scenario = self.kind(self.overrides, self.physics, self.seed)
-        pieces = record_pieces(self.kind, self.overrides, self.physics, self.seed)
-        recorded, spec = time.monotonic() - began, graph_spec(scenario.config)
-        learned: dict[str | int, tuple[InteractionModel | str, float, float]] = {}
-        complete: dict[GoalVariant, tuple[Row, float, set[str]]] = {}
-        for name, variant in zip(self.ids, self.variants, strict=True):
-            if name not in ids:
-                continue
-            key = variant.learning
-            if key not in learned:
-                wall, busy = time.monotonic(), time.process_time()
-                shown = piece_order(pieces, self.seed)[:key] if isinstance(key, int) else pieces
-                found = try_to_learn(scenario.graph, shown, key, spec)
-                learned[key] = found, time.process_time() - busy, time.monotonic() - wall
-            model, busy, wall = learned[key]
-            began = time.monotonic()
-            row, planning, asked = complete.get(replace(variant, without=""), ({}, 0.0, {variant.without}))
-            if variant.without in asked:
-                with rules.noted() as asked, rules.without([variant.without] if variant.without else []):
-                    row, planning = timed_trial(self._trial(variant, len(pieces)), model)
-            if not variant.without:
-                complete[variant] = row, planning, asked
-            seconds = (busy, planning, recorded + wall + time.monotonic() - began)
-            yield name, row | _times(*seconds)
+        return _found([self], ids)
 
     def failed(self, name: str, reason: str) -> Row:
         """The row of a trial that raised: in recording, as `run_trial` catches the rest."""
         variant = self.variants[self.ids.index(name)]
-        return self._trial(variant, 0).failed(reason) | _times(0.0, 0.0, 0.0)
+        return self.trial(variant, 0).failed(reason) | _times(0.0, 0.0, 0.0)
 
-    def _trial(self, variant: GoalVariant, pieces: int) -> Trial:
+    def trial(self, variant: GoalVariant, pieces: int) -> Trial:
+        """A line's trial with so many pieces."""
         shown = variant.learning if isinstance(variant.learning, int) else pieces
         settings = (*self.overrides, *variant.settings)
         return Trial(
             variant.method, variant.case, self.kind, settings, self.physics, self.seed, 0, self.goal, variant.monitors,
             shown, fresh=True,
         )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FreshSeeds:
+    """Seeds of the same lines, in `ideal` physics recorded and run together; rows are equal to those of each alone.
+
+    Attributes:
+        apart: the seeds.
+    """
+
+    apart: tuple[FreshSeed, ...]
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Line after line, of each all seeds."""
+        return tuple(name for line in zip(*(seed.ids for seed in self.apart), strict=True) for name in line)
+
+    def run(self, ids: Collection[str]) -> Iterator[tuple[str, Row]]:
+        """As each seed's; what they do together counts as the same part of everyone's seconds."""
+        return _found(self.apart, ids)
+
+    def failed(self, name: str, reason: str) -> Row:
+        """As the seed's that has the name."""
+        return next(seed for seed in self.apart if name in seed.ids).failed(name, reason)
+
+
+def join(jobs: Iterable[JobT], workers: Workers) -> list[JobT | FreshSeeds | SharedTrials]:
+    """Join trials that can be calculated together, in as many jobs of a size as keep every worker busy.
+
+    Args:
+        jobs: seeds, shared trials, and others, which stay as they are.
+        workers: who works; where a trial's time is limited each stays alone.
+    """
+    joined: list[JobT | FreshSeeds | SharedTrials] = []
+    for joins, group in itertools.groupby(jobs, _joins):
+        some = list(group)
+        if joins is None or len(some) == 1 or workers.trial_timeout:
+            joined += some
+            continue
+        kind: Any = FreshSeeds if isinstance(some[0], FreshSeed) else SharedTrials
+        rounds = -(-len(some) // (TOGETHER * workers.processes))
+        size = -(-len(some) // (rounds * workers.processes))
+        joined += [kind(tuple(some[k : k + size])) for k in range(0, len(some), size)]
+    return joined
+
+
+def _joins(job: Any) -> Any:
+    """What trials that can be joined have in common; None for what stays alone."""
+    if isinstance(job, SharedTrial) and job.trial.physics == "ideal":
+        return replace(job.trial, seed=0, number=0), id(job.model)
+    if isinstance(job, FreshSeed) and job.physics == "ideal" and not any(v.without for v in job.variants):
+        return job.kind, job.overrides, job.goal, job.variants
+    return None
+
+
+def _found(seeds: Sequence[FreshSeed], ids: Collection[str]) -> Iterator[tuple[str, Row]]:
+    """The rows of seeds that have the same lines, line by line."""
+    began = time.monotonic()
+    scenarios = [seed.kind(seed.overrides, seed.physics, seed.seed) for seed in seeds]
+    with threadpool_limits(limits=1):
+        pieces = record_seeds(scenarios)
+    recorded = (time.monotonic() - began) / len(seeds)
+    learned: dict[tuple[int, str | int], tuple[InteractionModel | str, float, float]] = {}
+    complete: dict[GoalVariant, tuple[list[tuple[Row, float]], set[str]]] = {}
+    for number, variant in enumerate(seeds[0].variants):
+        wanted = [k for k, seed in enumerate(seeds) if seed.ids[number] in ids]
+        for k in wanted:
+            if (k, variant.learning) not in learned:
+                learned[k, variant.learning] = _learned(scenarios[k], pieces[k], variant.learning)
+        taught = [learned[k, variant.learning] for k in wanted]
+        began = time.monotonic()
+        done, asked = complete.get(replace(variant, without=""), ([], {variant.without}))
+        if variant.without in asked:
+            with rules.noted() as asked, rules.without([variant.without] if variant.without else []):
+                trials = [seeds[k].trial(variant, len(pieces[k])) for k in wanted]
+                done = timed_trials(trials, [model for model, _, _ in taught])
+        if not variant.without:
+            complete[variant] = done, asked
+        ran = (time.monotonic() - began) / max(1, len(wanted))
+        for k, (row, planning), (_, busy, wall) in zip(wanted, done, taught, strict=True):
+            yield seeds[k].ids[number], row | _times(busy, planning, recorded + wall + ran)
+
+
+def _learned(
+    scenario: Scenario, pieces: Sequence[Demonstration], key: str | int
+) -> tuple[InteractionModel | str, float, float]:
+    """See `try_to_learn`; and its seconds, of the processor and of the clock."""
+    wall, busy = time.monotonic(), time.process_time()
+    shown = piece_order(pieces, scenario.seed)[:key] if isinstance(key, int) else pieces
+    found = try_to_learn(scenario.graph, shown, key, graph_spec(scenario.config))
+    return found, time.process_time() - busy, time.monotonic() - wall
 
 
 def _times(learning: float, plan: float, wall: float) -> dict[str, float]:

@@ -10,7 +10,8 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from ichain_drake.control.execution.executor import ExecutorSettings, Memory
+from ichain_drake.control.execution.controller import GraphController
+from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.experience import Experience
 from ichain_drake.control.planning.format import count
@@ -33,7 +34,7 @@ from ichain_drake.scenarios.base import Progress
 from ichain_drake.scenarios.goal_scenario import GoalScenario, PlansMotion
 from ichain_drake.simulation.episode import EpisodeInterrupted, EpisodeLog
 from ichain_drake.simulation.goal_episode import GraphEpisode
-from ichain_drake.simulation.wiring import goal_controller, look, make_planner
+from ichain_drake.simulation.wiring import goal_executor, look, make_planner, start_command
 from ichain_drake.state import FloatArray
 from ichain_drake.world.world import World
 
@@ -256,6 +257,31 @@ def execute(
     Raises:
         EpisodeInterrupted: on Ctrl-C; `run` keeps what there is.
     """
+    executor = executor_of(run, model, wanted, own_skills, settings, say)
+    episode = GraphEpisode(world, GraphController(executor, start_command(world)))
+    try:
+        episode.run(settings.ticks + 10, lambda e: episode.memory.stopped)
+    except KeyboardInterrupt:
+        _keep(run, episode)
+        assert run.log is not None
+        raise EpisodeInterrupted(run.log) from None
+    except UnreachableError as lost:  # the robot, where it is elsewhere
+        _keep(run, episode)
+        run.reason, run.cause = str(lost), "unreachable"
+        raise
+    _keep(run, episode)
+    conclude(run)
+
+
+def executor_of(
+    run: GraphRun,
+    model: InteractionModel,
+    wanted: Goal,
+    own_skills: OwnSkills | None,
+    settings: ExecutorSettings,
+    say: Progress,
+) -> Executor:
+    """What decides in a run; it fills the run's first plan and its time for planning. Arguments as for `execute`."""
     planner = make_planner(model, planner_of(run.scenario.config))
 
     def planned(now: States, goal: Goal, experience: Experience) -> Plan | NoPlan:
@@ -268,21 +294,11 @@ def execute(
         return found
 
     motion = run.scenario.make_motion() if isinstance(run.scenario, PlansMotion) else None
-    controller = goal_controller(
-        world, model, wanted, motion=motion, own_skills=own_skills, settings=settings, planner=planned
-    )
-    episode = GraphEpisode(world, controller)
-    try:
-        episode.run(settings.ticks + 10, lambda e: episode.memory.stopped)
-    except KeyboardInterrupt:
-        _keep(run, episode)
-        assert run.log is not None
-        raise EpisodeInterrupted(run.log) from None
-    except UnreachableError as lost:  # the robot, where it is elsewhere
-        _keep(run, episode)
-        run.reason, run.cause = str(lost), "unreachable"
-        raise
-    _keep(run, episode)
+    return goal_executor(model, wanted, motion=motion, own_skills=own_skills, settings=settings, planner=planned)
+
+
+def conclude(run: GraphRun) -> None:
+    """Say why a run whose memory and log are there ended, and whether its goal holds in truth."""
     assert run.memory is not None
     run.reason, run.cause = run.memory.reason, run.memory.cause
     run.wrong = _wrong(run)

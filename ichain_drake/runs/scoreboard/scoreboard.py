@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ichain_drake.runs.clusters.workers import Say, Workers
+from ichain_drake.runs.goals.fresh import join
 from ichain_drake.runs.row_file import RowFile
 from ichain_drake.runs.runner import evaluate_jobs
 from ichain_drake.runs.scoreboard.ablation import rule_lines
@@ -55,7 +56,7 @@ def run_scoreboard(
         predicted = prediction_lines(complete)
         return {"table": table, "predicted": predicted, "ablation": rule_lines(flat, off), "rows": flat}
 
-    work = make_jobs(cases, first_seed)
+    work = join(make_jobs(cases, first_seed), workers)
     return evaluate_jobs(work, workers, rows, found, say, _label)
 
 

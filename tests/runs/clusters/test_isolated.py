@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from toy_jobs import ToyJob
@@ -71,3 +74,33 @@ def test_an_error_in_a_line() -> None:
     except ValueError as error:
         assert error.__traceback__ is not None
         assert reason_of(error).endswith(f"(test_isolated.py, line {error.__traceback__.tb_lineno})")
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Toy jobs in one."""
+
+    apart: tuple[ToyJob, ...]
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        return tuple(name for job in self.apart for name in job.ids)
+
+    def run(self, ids: Collection[str]) -> Iterator[tuple[str, Any]]:
+        return (pair for job in self.apart for pair in job.run([i for i in job.ids if i in ids]))
+
+    def failed(self, name: str, reason: str) -> Any:
+        raise AssertionError("nobody knows which it was")
+
+
+@pytest.mark.parametrize(
+    ("deed", "reason"),
+    [("raise", "ZeroDivisionError: by nought"), ("crash", "by SIGABRT"), ("exit", "status 3"), ("hang", "took longer")],
+)
+def test_what_went_wrong_together_is_found_apart(tmp_path: Path, deed: str, reason: str) -> None:
+    joint = Joint(tuple(ToyJob(tuple(names), tmp_path, (("b", deed),)) for names in ("a", "bc", "d")))
+    found = dict(findings(joint, joint.ids, 1.0 if deed == "hang" else None))
+    assert list(found) == ["a", "b", "c", "d"]
+    assert reason in found["b"]["reason"]
+    assert ["reason" in found[name] for name in "ad"] == [False, False]
+    assert joint.apart[0].ran() == [*"ab", *(["b"] if deed == "raise" else ["b", "c"]), "d"], "a is not found again"

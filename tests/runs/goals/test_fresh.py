@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from ichain_drake.errors import InputError
-from ichain_drake.runs.goals.fresh import FreshSeed, SharedTrial
+from ichain_drake.runs.clusters.workers import Workers
+from ichain_drake.runs.goals.fresh import FreshSeed, FreshSeeds, SharedTrial, SharedTrials, join
 from ichain_drake.runs.goals.trial import Trial
 from ichain_drake.runs.goals.variants import GoalVariant
 from ichain_drake.runs.runner import run_jobs
@@ -69,3 +70,63 @@ def test_a_run_that_raises_what_nobody_meant_is_a_row(monkeypatch):
     (row,) = run_jobs([SharedTrial(trial, object())])  # type: ignore[arg-type]
     assert row["reason"].startswith("ZeroDivisionError: by nought (test_fresh.py, line")
     assert (row["cause"], row["seed"], row["demonstrations"]) == ("error", 3, "seed 0")
+
+
+def apart_from_seconds(rows):
+    return {name: {k: v for k, v in row.items() if not k.endswith("seconds")} for name, row in rows}
+
+
+def test_seeds_found_together_are_what_each_is_alone(bath):
+    goal = tuple(bath((), "ideal", 0).config.goal)
+    seeds = [FreshSeed(bath, (), "ideal", seed, goal, LINES) for seed in (7, 8, 9)]
+    joint = FreshSeeds(tuple(seeds))
+    found = list(joint.run(joint.ids))
+    assert [name for name, _ in found] == list(joint.ids)
+    assert [name.rpartition(" ")[2] for name in joint.ids] == ["7", "8", "9"] * 2
+    alone = [pair for seed in seeds for pair in seed.run(seed.ids)]
+    assert apart_from_seconds(found) == apart_from_seconds(alone)
+    assert all(row["success"] and row["wall_seconds"] > 0 for _, row in found)
+    some = [joint.ids[1], joint.ids[3]]
+    assert apart_from_seconds(joint.run(some)) == {n: r for n, r in apart_from_seconds(alone).items() if n in some}
+
+
+def test_a_seed_that_can_not_be_recorded_is_in_no_other_ones_way(bath, monkeypatch):
+    goal = tuple(bath((), "ideal", 0).config.goal)
+    seeds = tuple(FreshSeed(bath, (), "ideal", seed, goal, LINES[:1]) for seed in (7, 8))
+    real = bath.script
+
+    def script(self, rng):
+        if self.seed == 7:
+            raise InputError("its script is lost")
+        return real(self, rng)
+
+    monkeypatch.setattr(bath, "script", script)
+    lost, found = run_jobs([FreshSeeds(seeds)])
+    assert (lost["seed"], lost["reason"], lost["cause"]) == (7, "its script is lost", "error")
+    assert (found["seed"], found["success"]) == (8, True)
+
+
+@pytest.mark.parametrize(
+    ("count", "processes", "sizes"),
+    [(1, 2, [1]), (5, 2, [3, 2]), (20, 2, [5, 5, 5, 5]), (100, 2, [8] * 12 + [4]), (20, 1, [7, 7, 6])],
+)
+def test_seeds_are_joined_so_that_all_workers_have_as_much_to_do(count, processes, sizes):
+    jobs = [FreshSeed(Seeds, (), "ideal", seed, ("a.b >= 1",), LINES) for seed in range(count)]
+    joined = join(jobs, Workers(processes))
+    assert [len(getattr(job, "apart", (job,))) for job in joined] == sizes
+    assert sorted(i for job in joined for i in job.ids) == sorted(i for job in jobs for i in job.ids)
+    assert join(jobs, Workers(processes, trial_timeout=5.0)) == jobs
+
+
+def test_only_what_is_alike_is_joined():
+    ideal = [FreshSeed(Seeds, (), "ideal", seed, ("a.b >= 1",), LINES) for seed in (1, 2)]
+    arm = [FreshSeed(Seeds, (), "arm", seed, ("a.b >= 1",), LINES) for seed in (1, 2)]
+    ablated = [FreshSeed(Seeds, (), "ideal", s, ("a.b >= 1",), (GoalVariant("m", "c", without="x"),)) for s in (1, 2)]
+    trials = [Trial("m", "c", Seeds, (), "ideal", 0, k, ("a.b >= 1",), True, 8) for k in range(4)]
+    one, other = object(), object()
+    shared = [SharedTrial(t, one if t.number < 2 else other) for t in trials]  # type: ignore[arg-type]
+    joined = join([*ideal, *arm, *ablated, *shared], Workers())
+    assert joined == [
+        FreshSeeds(tuple(ideal)), *arm, *ablated, SharedTrials(tuple(shared[:2])), SharedTrials(tuple(shared[2:])),
+    ]  # fmt: skip
+    assert joined[-1].failed(shared[3].ids[0], "lost") == shared[3].failed("", "lost")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from lamp import LampScenario
 
+from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.memory import ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
 from ichain_drake.control.planning.experience import Experience
@@ -25,7 +26,7 @@ from ichain_drake.runs.goals.run import GraphRun, _wrong, describe, run_graph
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode, EpisodeLog
 from ichain_drake.simulation.goal_episode import GraphEpisode
-from ichain_drake.simulation.wiring import goal_controller, look
+from ichain_drake.simulation.wiring import goal_executor, look, start_command
 from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 HOT = ["cup.temperature >= 0.5", "cup.water >= 0.3", "not hand->cup"]
@@ -72,7 +73,7 @@ def test_a_cup_of_warm_water_from_demonstrations_alone(dispenser_model: Interact
 def test_no_wire_leads_from_the_truth_to_the_controller(dispenser_model: InteractionModel) -> None:
     world = scenario().make_world(0)
     goal = parse_goal(HOT, dispenser_model, look(world))
-    controller = goal_controller(world, dispenser_model, goal)
+    controller = GraphController(goal_executor(dispenser_model, goal), start_command(world))
     episode = GraphEpisode(world, controller)
     sources = {}
     for (system, port), (source, out) in episode.diagram.connection_map().items():
@@ -127,8 +128,9 @@ def test_a_person_may_change_what_is_wanted_while_it_runs(dispenser_model: Inter
     world = scenario().make_world(0)
     start = look(world)
     goal = parse_goal(HOT, dispenser_model, start)
-    controller, hand = goal_controller(world, dispenser_model, goal), start[scenario().graph.root]
-    executor, episode = controller.executor, GraphEpisode(world, controller)
+    executor, hand = goal_executor(dispenser_model, goal), start[scenario().graph.root]
+    controller = GraphController(executor, start_command(world))
+    episode = GraphEpisode(world, controller)
     item = next(a for a in scenario().adjustables() if a.name == "cup.water >=")
     item.apply(episode, 0.45)
     wanted = {(c.object, c.variable): c.lower for c in executor.goal.conditions}
@@ -192,20 +194,13 @@ def test_what_is_wrong_in_the_end_is_said_by_the_truth_of_the_last_frame() -> No
     ],
 )
 def test_a_goal_is_reached_where_it_holds_in_truth_and_who_controls_says_so(
-    light: float, mode: Mode, *, reached: bool, cause: str, monkeypatch: pytest.MonkeyPatch
+    light: float, mode: Mode, *, reached: bool, cause: str
 ) -> None:
     ended = lit(light, mode=mode)
     assert ended.memory is not None
     ended.memory.cause, ended.memory.reason = ("drive", "too slow") if mode == Mode.STOPPED else ("", "goal reached")
-    made = SimpleNamespace(
-        memory=ended.memory, log=lambda: ended.log, doing=dict, world=None, run=lambda ticks, until: None,
-        controller=SimpleNamespace(executor=SimpleNamespace(goal=ended.goal)),
-    )  # fmt: skip
-    monkeypatch.setattr(running, "goal_controller", lambda *args, **more: None)
-    monkeypatch.setattr(running, "GraphEpisode", lambda world, controller: made)
-    monkeypatch.setattr(running, "make_planner", lambda model, settings: None)
-    run = GraphRun(LampScenario(), ["lamp.light >= 0.5"])
-    running.execute(run, None, ended.goal, None, None, ExecutorSettings(), lambda line: None)  # type: ignore[arg-type]
+    run = GraphRun(LampScenario(), ["lamp.light >= 0.5"], goal=ended.goal, memory=ended.memory, log=ended.log)
+    running.conclude(run)
     assert (run.goal_reached, run.cause) == (reached, cause)
     wrong = "0.5 <= lamp.light <= 1 is not true: it is 0.3"
     says = {"": "goal reached", "misjudged": f"taken as reached, but {wrong}", "drive": "too slow"}

@@ -74,10 +74,10 @@ class Shown:
 
 
 def test_only_rules_that_were_asked_for_are_tried_and_they_are_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    def trial(*arguments: Any) -> tuple[dict[str, Any], float]:
-        return {"success": rules.enabled("deviation"), "off": sorted(rules.switched_off())}, 0.25
+    def trials(*arguments: Any) -> list[tuple[dict[str, Any], float]]:
+        return [({"success": rules.enabled("deviation"), "off": sorted(rules.switched_off())}, 0.25)]
 
-    monkeypatch.setattr("ichain_drake.runs.goals.fresh.timed_trial", trial)
+    monkeypatch.setattr("ichain_drake.runs.goals.fresh.timed_trials", trials)
     monkeypatch.setattr("ichain_drake.runs.goals.fresh.graph_spec", lambda config: None)
     monkeypatch.setattr("ichain_drake.runs.goals.fresh.learn", lambda *arguments, **named: object())
     lines = tuple(GoalVariant("monitors", "none", without=name) for name in ("", "deviation", "subsumed"))
