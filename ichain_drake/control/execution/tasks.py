@@ -93,7 +93,7 @@ class View:
         for name in self.model.graph.objects:
             space = self.model.graph.objects[name].observable
             values = np.array([r[name] for r in last])
-            mean = values[-1] + np.mean(space.difference(values, values[-1]), axis=0)
+            mean = values[-1] + space.difference(values, values[-1]).sum(axis=0) / len(last)
             if (jumps := jumping(space)).any():
                 mean[jumps] = np.round(np.median(values[:, jumps], axis=0))
             out[name] = space.clip(np.where(space.angle_mask, (mean + np.pi) % (2 * np.pi) - np.pi, mean))

@@ -157,7 +157,7 @@ class BoxClassifier(ClassifierMixin, BaseEstimator):
         share, before = float(positive.mean()), -1.0
         while self.partial and share > before:
             weight = np.log(share / slip) / np.log((1.0 - slip) / (1.0 - share))
-            faces, before = Faces(x, positive, self.reach, max(float(weight), 1.0), faces.orders), share
+            faces, before = Faces(x, positive, self.reach, max(float(weight), 1.0), faces.order), share
             faces.count()
             share = min(float(positive[faces.inside()].mean()), 1.0 - slip)
         if not self.partial:

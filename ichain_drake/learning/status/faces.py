@@ -21,10 +21,11 @@ class Faces:
         positive: whether each is one to be inside, shape (n,).
         reach: see `BoxClassifier`.
         weight: of a sample to be inside, where one to be outside counts 1.
-        orders: `orders` of another box around the same samples: sorting is most of the work where they are many.
+        order: that of another box around the same samples: sorting is most of the work where they are many.
 
     Attributes:
         low, high: the faces, shape (n_features,).
+        order: samples in ascending order of each feature, shape (n_features, n).
     """
 
     def __init__(
@@ -33,11 +34,11 @@ class Faces:
         positive: NDArray[np.bool_],
         reach: float,
         weight: float = 1.0,
-        orders: tuple[IntArray, IntArray] | None = None,
+        order: IntArray | None = None,
     ) -> None:
         self.x, self.positive, self.reach, self.weight = x, positive, reach, weight
         self.low, self.high = x[positive].min(axis=0), x[positive].max(axis=0)
-        self._up, self._down = (np.argsort(v.T, axis=1, kind="stable") for v in (x, -x)) if orders is None else orders
+        self.order = np.argsort(x.T, axis=1, kind="stable") if order is None else order
 
     def inside(self, but: int = -1) -> NDArray[np.bool_]:
         """Whether each sample lies within all intervals, but for that of one feature, shape (n,)."""
@@ -50,26 +51,32 @@ class Faces:
         """Move one face after the other to where most samples lie on the right side."""
         beyond = ((self.x < self.low) | (self.x > self.high)).T.copy()  # a row a feature
         faces = beyond.sum(axis=0)  # of a sample: how many features are beyond their interval
+        counted: dict[tuple[int, int], NDArray[np.bool_]] = {}  # among which samples a face was placed last
         for _ in range(LEARNING.sweeps):
             before = self.low.copy(), self.high.copy()
             for j, column in enumerate(self.x.T):
                 others = faces == beyond[j]
                 if not (others & self.positive).any():
                     continue
-                rows = self._down[j][(others & (column <= self.high[j]))[self._down[j]]]
-                self.low[j] = -self._counted(-column[rows], self.positive[rows], -self.low[j])
-                rows = self._up[j][(others & (column >= self.low[j]))[self._up[j]]]
-                self.high[j] = self._counted(column[rows], self.positive[rows], self.high[j])
+                for sign in (-1, 1):
+                    among = others & (column <= self.high[j] if sign < 0 else column >= self.low[j])
+                    if (j, sign) not in counted or not np.array_equal(counted[j, sign], among):
+                        self._place(j, sign, among)
+                        counted[j, sign] = among
                 faces -= beyond[j]
                 beyond[j] = (column < self.low[j]) | (column > self.high[j])
                 faces += beyond[j]
             if np.array_equal(before[0], self.low) and np.array_equal(before[1], self.high):
                 break
 
-    @property
-    def orders(self) -> tuple[IntArray, IntArray]:
-        """Samples in ascending order of each feature, and in descending order, shape (n_features, n) each."""
-        return self._up, self._down
+    def _place(self, j: int, sign: int, among: NDArray[np.bool_]) -> None:
+        """Place a feature's upper face, or with sign -1 its lower one, by counting among some samples."""
+        order = self.order[j][::sign]
+        rows = order[among[order]]
+        if sign > 0:
+            self.high[j] = self._counted(self.x[rows, j], self.positive[rows], self.high[j])
+        else:
+            self.low[j] = -self._counted(-self.x[rows, j], self.positive[rows], -self.low[j])
 
     def _counted(self, values: FloatArray, on: NDArray[np.bool_], now: float) -> float:
         """The best upper threshold of a column, given ascending samples that lie within all other faces."""

@@ -30,7 +30,7 @@ Row = dict[str, Any]
 JobT = TypeVar("JobT", bound=Job)
 
 
-TOGETHER = 8
+TOGETHER = 16
 """Seeds of one job, at most: more are hardly faster, and a killed process would lose them all."""
 
 

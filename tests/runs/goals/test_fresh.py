@@ -108,7 +108,7 @@ def test_a_seed_that_can_not_be_recorded_is_in_no_other_ones_way(bath, monkeypat
 
 @pytest.mark.parametrize(
     ("count", "processes", "sizes"),
-    [(1, 2, [1]), (5, 2, [3, 2]), (20, 2, [5, 5, 5, 5]), (100, 2, [8] * 12 + [4]), (20, 1, [7, 7, 6])],
+    [(1, 2, [1]), (5, 2, [3, 2]), (20, 2, [10, 10]), (100, 2, [13] * 7 + [9]), (40, 1, [14, 14, 12])],
 )
 def test_seeds_are_joined_so_that_all_workers_have_as_much_to_do(count, processes, sizes):
     jobs = [FreshSeed(Seeds, (), "ideal", seed, ("a.b >= 1",), LINES) for seed in range(count)]
