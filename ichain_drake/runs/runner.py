@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,12 @@ from ichain_drake.runs.row_file import RowFile
 
 _LOSSES = 3
 """Processes that may be killed one after another without anything found in between: then nothing more will be."""
+
+
+_EVERY = 1.0  # [s] that a finding waits at most until it is kept
+
+_keep: ContextVar[Callable[[Mapping[str, Any]], None] | None] = ContextVar("keep", default=None)
+"""Who keeps what this process finds itself; none where the processes that find are others."""
 
 
 class EvaluationInterrupted(KeyboardInterrupt):
@@ -146,19 +154,69 @@ def _attempt(
     off = rules.switched_off()
     client = os.getpid()
     given = [(job, ids, off, timeout, code, note, client) for (job, ids), note in zip(work, notes, strict=True)]
+    keeper = _Keeper(folder, rows, progress)
     try:
-        with closing(backend.each(_run, given)) as results:  # type: ignore[type-var] # a generator, see there
+        with keeper.watching(), closing(backend.each(_run, given)) as results:  # type: ignore[type-var] # a generator, see there
             for found in results:
-                rows.add({key: value for key, value in found.items() if key not in rows.found})
-                progress.done(found)
+                keeper.keep(found)
     except (WorkersGoneError, TrialKilledError) as error:
-        _rescue(folder, rows)
+        keeper.collect()
         begun = [ids for (_, ids), note in zip(work, notes, strict=True) if note is not None and note.exists()]
         open_ids = [[i for i in ids if i not in rows.found] for ids in begun]
         raise _LostError(str(error), [ids for ids in open_ids if ids]) from None
     except BaseException:
-        _rescue(folder, rows)
+        keeper.collect()
         raise
+
+
+class _Keeper:
+    """Keeps findings as they come: those of whole jobs, and those that a process has noted of the job that it is at.
+
+    Args:
+        folder: where processes note what they found; see `_run`.
+        rows, progress: of the evaluation.
+    """
+
+    def __init__(self, folder: Path, rows: RowFile, progress: _Progress) -> None:
+        self._folder, self._rows, self._progress = folder, rows, progress
+        self._lock, self._read = threading.Lock(), dict[Path, int]()
+        self._over = threading.Event()
+
+    def keep(self, found: Mapping[str, Any]) -> None:
+        """Keep what is new of some findings."""
+        with self._lock:
+            new = {key: value for key, value in found.items() if key not in self._rows.found}
+            if new:
+                self._rows.add(new)
+                self._progress.done(new)
+
+    def collect(self) -> None:
+        """Keep what processes have noted."""
+        for file in sorted(self._folder.glob("*.json")):
+            changed = file.stat().st_mtime_ns
+            if self._read.get(file) != changed:
+                self.keep(json.loads(file.read_text()))
+                self._read[file] = changed
+
+    @contextmanager
+    def watching(self) -> Iterator[None]:
+        """Meanwhile keep what this process finds at once, and what others have noted every second."""
+        token = _keep.set(self.keep)
+        watcher = threading.Thread(target=self._watch, daemon=True)
+        watcher.start()
+        try:
+            yield
+        finally:
+            _keep.reset(token)
+            self._over.set()
+            watcher.join()
+
+    def _watch(self) -> None:
+        while not self._over.wait(_EVERY):
+            try:
+                self.collect()
+            except (InputError, OSError):  # a full disk; whoever waits for the job will be told
+                return
 
 
 def _run(
@@ -178,23 +236,19 @@ def _run(
     if os.getppid() == client:
         die_with_parent()  # else a killed evaluation's workers would go on to the end of their trials
     found: dict[str, Any] = {}
+    keep = _keep.get()
     if note is not None:
         note.touch()
     with rules.without(off):
         for key, value in findings(job, ids, timeout):
             found[key] = value
-            if note is not None:
+            if keep is not None:
+                keep({key: value})
+            elif note is not None:
                 part = note.with_suffix(".part")
                 part.write_text(json.dumps(found))
                 part.replace(note.with_suffix(".json"))
     return found
-
-
-def _rescue(folder: Path, rows: RowFile) -> None:
-    """Findings that were made but had not come back."""
-    for file in sorted(folder.glob("*.json")):
-        found = json.loads(file.read_text())
-        rows.add({key: value for key, value in found.items() if key not in rows.found})
 
 
 def _worker_lost(lost: _LostError, rows: RowFile) -> WorkerLostError:

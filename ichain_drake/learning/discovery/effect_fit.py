@@ -106,6 +106,8 @@ def _stepwise(
         fits = [
             f for columns in tried if (f := _least_squares(residual, features, i, ok, columns, len(usable), degree))
         ]
+        if not fits and not step:  # what is pushed both ways alike is moved by no constant
+            continue
         if not fits:
             break
         value, effect = max(fits, key=lambda f: f[0])

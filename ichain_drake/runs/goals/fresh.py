@@ -188,12 +188,12 @@ def join(jobs: Iterable[JobT], workers: Workers) -> list[JobT | FreshSeeds | Sha
 
     Args:
         jobs: seeds, shared trials, and others, which stay as they are.
-        workers: who works; where a trial's time is limited each stays alone.
+        workers: who works; where a trial's time is limited each stays alone, and where nobody knows how many work.
     """
     joined: list[JobT | FreshSeeds | SharedTrials] = []
     for joins, group in itertools.groupby(jobs, _joins):
         some = list(group)
-        if joins is None or len(some) == 1 or workers.trial_timeout:
+        if joins is None or len(some) == 1 or workers.trial_timeout or workers.address:
             joined += some
             continue
         kind: Any = FreshSeeds if isinstance(some[0], FreshSeed) else SharedTrials

@@ -197,7 +197,10 @@ class PathSeed:
             return []
         what = [(v.method, v.samples) for v in self.variants]
         what += [(ORACLE, 0)] if ORACLE in self.methods and not scenario.no_oracle else []
-        return [plain_row(method, n, scenario, case, reason) for method, n in what for case in self.cases]
+        rows = [plain_row(method, n, scenario, case, reason) for method, n in what for case in self.cases]
+        if FIRST_LINK in self.methods and isinstance(scenario, HasWantedStates):
+            rows += _no_first_link_rows(scenario, reason)
+        return rows
 
     def _rows(self) -> list[dict[str, Any]]:
         most = max([v.samples for v in self.variants if not v.monolithic], default=FULL)
@@ -219,8 +222,6 @@ def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) ->
     """One row for the end of a wanted state's first tick, one for the next; errors in the child's units."""
     graph = first_link_graph(scenario.graph, scenario.target)
     edge = graph.interactions[0]
-    child = graph.objects[edge.child].observable
-    unit = ", ".join(dict.fromkeys(v.unit for v in child.variables))
     # The recording of later links is not waited for: pieces come one by one.
     shown = (p for p in (pieces or scenario.record_demonstrations()) if p.has(graph.root, graph.objects[graph.root]))
     first = [shorten(next(shown), FULL)]
@@ -229,18 +230,26 @@ def _first_link_rows(scenario: PathScenario, pieces: Sequence[Demonstration]) ->
         chain = learn_first_link(scenario, first, replace_samples(scenario.config.learning.candidates(), FULL))
         found = measure_first_link(scenario, chain)
     except IchainError as error:
-        return [
-            plain_row(FIRST_LINK, FULL, scenario, f"link:{edge.name} {case}", str(error)) | {"unit": unit}
-            for case in ("moving", "rest")
-        ]
+        return _no_first_link_rows(scenario, str(error))
     for case, off, true_off in (
         ("moving", found.moving, found.true_moving),
         ("rest", found.rest, found.true_rest),
     ):
         reason = "" if found.held else f"{edge.name} was not active throughout"
         row = plain_row(FIRST_LINK, found.samples, scenario, f"link:{edge.name} {case}", reason)
-        rows.append(row | {"success": found.held, "error": off, "true_error": true_off, "unit": unit})
+        rows.append(row | {"success": found.held, "error": off, "true_error": true_off, "unit": _first_unit(graph)})
     return rows
+
+
+def _no_first_link_rows(scenario: PathScenario, reason: str) -> list[dict[str, Any]]:
+    graph = first_link_graph(scenario.graph, scenario.target)
+    cases = [f"link:{graph.interactions[0].name} {case}" for case in ("moving", "rest")]
+    return [plain_row(FIRST_LINK, FULL, scenario, case, reason) | {"unit": _first_unit(graph)} for case in cases]
+
+
+def _first_unit(graph: InteractionGraph) -> str:
+    child = graph.objects[graph.interactions[0].child].observable
+    return ", ".join(dict.fromkeys(v.unit for v in child.variables))
 
 
 def shorten(piece: Demonstration, samples: int) -> Demonstration:
