@@ -142,6 +142,7 @@ def _next(
     near = [t for t in paying[: DISCOVERY.looking] if score(t, log) > DISCOVERY.close * score(paying[0], log)]
     widened = [_looking_around(residual, terms, t, parents) for t in near or paying[:1]]
     best = _most_direct(max(widened, key=lambda t: score(t, log)), widened, log)
+    best = _alone(best, [t for t in paying if t.parent == residual.child], log)
     same = [
         Rival(t.parent, 1.0 - certainty(best.left_out - t.left_out, log))
         for t in (*widened, *paying[len(widened) :])
@@ -168,6 +169,12 @@ def _most_direct(best: Term, others: Sequence[Term], log: Log) -> Term:
         and not clearly(by_part(best.left_out - t.left_out, log.block))
     ]
     return max(nearer, key=lambda t: score(t, log), default=best)
+
+
+def _alone(best: Term, own: Sequence[Term], log: Log) -> Term:
+    """What an object does by itself, unless another's action adds as much to it as any term must gain."""
+    alike = [t for t in own if _same(t, best) and score(best, log) < score(t, log) + DISCOVERY.least]
+    return max(alike, key=lambda t: score(t, log), default=best)
 
 
 def _pays(term: Term, log: Log, tried: int) -> bool:

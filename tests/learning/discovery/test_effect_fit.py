@@ -61,6 +61,16 @@ def test_a_line_has_the_columns_that_pay(used: tuple[int, ...]) -> None:
     assert effect.coefficients[0] == pytest.approx(0.05, abs=0.005)
 
 
+def test_what_is_pushed_both_ways_alike_has_a_line_though_no_constant() -> None:
+    x = columns()
+    push = np.where(np.arange(TICKS) % 2, 1.0, -1.0) * x[:, 1]
+    push -= push.mean()
+    values = np.column_stack([x[:, 0], push, x[:, 2]])
+    (effect,) = fit_effects(residual(0.1 * push), np.ones(TICKS, dtype=bool), features(values))
+    assert effect.columns == (1,)
+    assert effect.coefficients == pytest.approx([0.0, 0.1], abs=1e-3)
+
+
 def test_what_roles_declare_is_taken_as_it_is_though_a_line_would_fit_better() -> None:
     x = columns()
     other = 9.0 * NOISE * (x[:, 1] - 0.3) / 0.2

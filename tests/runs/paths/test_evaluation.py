@@ -101,6 +101,10 @@ def test_a_seed_that_raises_has_rows_with_the_reason():
     assert {(r["method"], r["samples"]) for r in found["rows"]} == {("default", 100), ("oracle", 0)}
     assert not any(r["success"] for r in found["rows"])
     assert {(line["seeds"], line["completed"]) for line in found["table"]} == {("3-4", 0)}
+    first = evaluate_paths(Broken((), "ideal", 3), (), 1, ["first_link"], rows=None)["rows"]
+    assert [(r["method"], r["case"].rpartition(" ")[2], r["reason"], r["success"]) for r in first] == [
+        ("first_link", case, "no joystick on seed 3", False) for case in ("moving", "rest")
+    ]
 
 
 def test_nothing_beyond_the_samples_of_a_row_is_used_for_it() -> None:
