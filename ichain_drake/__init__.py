@@ -78,6 +78,9 @@ _PUBLIC = {
     "TICK": "timing",
 }
 _MORE = {
+    "control.execution.executor": ("Planner",),
+    "control.planning.experience": ("Experience",),
+    "control.planning.plan": ("NoPlan", "PlanStep"),
     "control.tracking.chain": ("ChainController", "ControlCandidates", "make_controller"),
     "control.tracking.move_to": ("MoveTo",),
     "control.tracking.path": ("PathLimits", "paper_path_error", "path_error", "read_path"),

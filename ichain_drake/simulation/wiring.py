@@ -121,8 +121,8 @@ def AddController(  # noqa: N802 - named as Drake names what adds systems to a b
             `make_motion` gives it.
         own_skills: goals: a designer's functions in place of learned skills.
         settings: goals: of the execution.
-        planner: goals: `fast`, `optimal` (see `make_planner`), or a function of your own: from measured states, goal,
-            interactions to be careful with and what execution contradicted so far to a `Plan` or `NoPlan`.
+        planner: goals: `fast`, `optimal` (see `make_planner`), or a function of your own (a `Planner`): from measured
+            states, goal and what the execution has shown so far (`Experience`) to a `Plan` of steps or `NoPlan`.
         controller: paths: one that was chosen before; by default the predictive one is chosen by validation.
         progress: paths: called with a line before each option of the validation.
 

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 from lamp import Lamp, LampScenario
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
 
+import ichain_drake as ic
+from ichain_drake.control.planning.plan import States
 from ichain_drake.runs.goals.run import own_goal
-from ichain_drake.simulation.wiring import look, start_command
+from ichain_drake.simulation.wiring import look, make_planner, start_command
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 
 class DimLamp(Lamp):
@@ -34,3 +39,22 @@ def test_the_first_command_is_where_the_hand_is() -> None:
     assert own_goal(scenario) == ()
     home = scenario.spec.hand.reduce(scenario.spec.home_hand())
     np.testing.assert_allclose(start_command(scenario.make_world(0)), home, atol=1e-9)
+
+
+def test_a_planner_of_ones_own_makes_the_plans(dispenser_model: ic.InteractionModel) -> None:
+    asked: list[tuple[ic.Goal, ic.Experience]] = []
+
+    def wait(now: States, goal: ic.Goal, experience: ic.Experience) -> ic.Plan | ic.NoPlan:
+        asked.append((goal, experience))
+        return make_planner(dispenser_model).plan(now, goal, experience)
+
+    builder = DiagramBuilder()
+    world = ic.AddWorld(builder, WaterDispenser((), "ideal", 3))
+    ic.AddController(builder, world, dispenser_model, ["cup.water >= 0.6"], planner=wait)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(8.0)
+    ((goal, experience),) = asked
+    (condition,) = goal.conditions
+    assert (condition.object, condition.variable) == ("cup", "water")
+    assert condition.lower == pytest.approx(0.6, abs=0.02), "by which readings may be off"
+    assert experience == ic.Experience()

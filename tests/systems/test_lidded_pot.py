@@ -30,7 +30,7 @@ from ichain_drake.scenarios.hand_commands import SeveralHands
 from ichain_drake.scenarios.seats import choose_seat
 from ichain_drake.simulation.commands import Commands
 from ichain_drake.simulation.episode import Episode, EpisodeLog
-from ichain_drake.simulation.wiring import look, start_command
+from ichain_drake.simulation.wiring import look, make_planner, start_command
 from ichain_drake.systems.lidded_pot.demonstrations import script_pieces
 from ichain_drake.systems.lidded_pot.layout import HANDS, JUG, LEFT, LID, POT, RIGHT
 from ichain_drake.systems.lidded_pot.scenario import LiddedPot
@@ -191,6 +191,25 @@ def test_half_a_pot_of_water_from_demonstrations_alone() -> None:
     assert {holder, actor} == set(HANDS)
     assert chains == [[holder, LID], [actor, JUG, POT], [holder, LID]]
     assert [s.release for s in run.plan.steps] == [False, True, True]
+
+
+def planned(*goal: str, planner: str = "fast") -> Plan | NoPlan:
+    start = look(scenario().make_world(1))
+    return make_planner(model(), planner).plan(start, parse_goal(goal, model(), start))
+
+
+def test_the_jug_is_emptied_into_the_pot_whose_lid_has_to_be_open() -> None:
+    """Pot and lid don't act on the jug, but there is nowhere else for its water to go."""
+    found = planned("jug.water <= 0.6")
+    assert isinstance(found, Plan)
+    assert any(step.chain[-1].child == POT for step in found.steps)
+
+
+@pytest.mark.parametrize("goal", ["lid.y >= 0.05", "lid.y >= 0.13"])
+def test_a_lid_that_only_a_hand_keeps_open_is_said_to_be(goal: str) -> None:
+    found = planned(goal)
+    assert isinstance(found, NoPlan)
+    assert "holds only while something is kept hold of" in found.reason
 
 
 def test_one_hand_alone_is_refused_with_the_reason(tmp_path: Path) -> None:

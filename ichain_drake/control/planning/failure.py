@@ -130,9 +130,16 @@ class Nearest:
                 f"{effort}{tail}",
             )
         states, unmet = self.best
+        edges = (*self.goal.inactive, *self.goal.active)
+        if not edges and (not unmet or len(conditions) == 1):  # it was met, and is not over
+            c = conditions[0]
+            value, text = (
+                float(value_of(c, states, graph)),
+                f"{words(c, graph)} holds only while something is kept hold of",
+            )
+            return NoPlan(c, value, None, f"{text}, {effort}")
         if not conditions or not unmet:
-            wanted = "inactive" if self.goal.inactive else "active"
-            edge = (*self.goal.inactive, *self.goal.active)[0]
+            wanted, edge = "inactive" if self.goal.inactive else "active", edges[0]
             c = (
                 conditions[0]
                 if conditions

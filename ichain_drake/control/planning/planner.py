@@ -139,7 +139,7 @@ class GraphPlanner:
         """One object's conditions after the other, nearest first, without spoiling what holds; else all at once."""
         first = SearchNode({n: v.copy() for n, v in start.items()}, (), 0, ())
         node, waiting = first, self._open_objects(start, goal)
-        several = len(waiting) > 1
+        several, every = len(waiting) > 1, set(self.model.graph.objects)
         while waiting:
             failed: NoPlan | None = None
             for obj in waiting:
@@ -149,11 +149,13 @@ class GraphPlanner:
                     node = SearchNode(found.states, (*node.steps, *found.steps), node.ticks + found.ticks, found.unmet)
                     failed = None
                     break
-                if found.condition.object == obj and node is first and not _touches(found) and not effort.barred:
-                    return found  # nothing that can act on the object ever brought it there
                 failed = failed or found
+                if effort.barred or self._relevant(obj) != every:
+                    several = True  # what the object itself acts on may be what takes from it
+                elif found.condition.object == obj and node is first and not _touches(found):
+                    return found  # nothing that there is ever brought it there
             if failed is not None:
-                return self._search(start, goal, None, effort) if several or effort.barred else failed
+                return self._search(start, goal, None, effort) if several else failed
             waiting = self._open_objects(node.states, goal)
         if node is first:  # only interactions may be left to deactivate
             return self._search(start, goal, None, effort)

@@ -147,6 +147,14 @@ def test_where_only_an_interaction_is_not_as_it_should_be_that_is_said() -> None
     assert failure.closest == 0.0
 
 
+def test_what_is_met_and_not_over_is_only_kept_so() -> None:
+    found = of("cup.water <= 0.5")
+    found.note(filled(0.2, 0.05), (), None)
+    failure = found.failure(5, exhausted=True)
+    assert (failure.edge, failure.closest) == (None, 0.05)
+    assert failure.reason.endswith("holds only while something is kept hold of, in all 5 states that can be reached")
+
+
 def test_what_blocked_a_drive_downwards_is_named_too() -> None:
     found = of("tank.water <= 0.2")
     model: Any = found.model

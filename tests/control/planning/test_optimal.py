@@ -14,7 +14,9 @@ from ichain_drake.control.planning.risk import plan_cost, step_cost, success_pro
 from ichain_drake.control.planning.search import Search
 from ichain_drake.control.planning.search_node import SearchNode
 from ichain_drake.errors import InputError
-from ichain_drake.simulation.wiring import make_planner
+from ichain_drake.learning import InteractionModel
+from ichain_drake.simulation.wiring import look, make_planner
+from ichain_drake.systems.water_dispenser.scenario import WaterDispenser
 
 GOALS = [
     (tap(), TAP_START, ["cup.water >= 0.5", "cup.x == start", "not robot->cup"]),
@@ -58,6 +60,16 @@ def test_a_detour_is_found_to_be_one(monkeypatch: pytest.MonkeyPatch) -> None:
     fast = GraphPlanner(model).plan(start, goal)
     assert isinstance(fast, Plan)
     assert fast.cost > best.cost
+
+
+def test_a_goal_about_no_interaction_may_have_nothing_cheaper(dispenser_model: InteractionModel) -> None:
+    world = WaterDispenser((), "ideal", 3).make_world(0)
+    start = look(world)
+    for text in ("cup.water <= 0.5", "tank.amount >= 0.5"):
+        goal = parse_goal([text], dispenser_model, start)
+        found = make_planner(dispenser_model, "optimal").plan(start, goal)
+        assert isinstance(found, Plan)
+        assert found.optimal
 
 
 def test_out_of_breath_it_keeps_the_plan_and_claims_nothing() -> None:
