@@ -231,6 +231,8 @@ def _print_results(run: PathRun | GraphRun, written: list[Path]) -> None:
             print(format_plan(run.plan, run.scenario.graph))
         steps, replans = (0, 0) if run.memory is None else (run.memory.tick, run.memory.replans)
         print(f"{run.reason}; {steps} control steps, {replans} replans")
+        if run.advice is not None:
+            print(run.advice.text(run.scenario.graph))
     for file in written:
         print(f"written: {file}")
 

@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from ichain_drake.control.execution.controller import GraphController
 from ichain_drake.control.execution.executor import Executor, ExecutorSettings, Memory
 from ichain_drake.control.execution.tasks import Mode
+from ichain_drake.control.planning.advice import Advice, helpful_demonstration
 from ichain_drake.control.planning.experience import Experience
 from ichain_drake.control.planning.format import count
 from ichain_drake.control.planning.goal_text import check_goal_text
@@ -123,11 +124,23 @@ class GraphRun:
                 "failure_cause": self.cause,
                 "events": [] if memory is None else [{"step": t, "what": text} for t, text in memory.log],
                 "cautious": self.cautious,
+                "would_help": None if self.advice is None else self.advice.report(),
                 "search": {} if not isinstance(self.plan, Plan) else {
                     "expansions": self.plan.expansions, "rollouts": self.plan.rollouts,
                 },
             },
         }  # fmt: skip
+
+    @property
+    def advice(self) -> Advice | None:
+        """Which demonstration would have helped most; None where the goal was reached, or nothing tells."""
+        if self.goal_reached or self.model is None:
+            return None
+        memory, refused = self.memory, self.plan if isinstance(self.plan, NoPlan) else None
+        if memory is None or not memory.readings:
+            return None
+        shown = memory.experience.contradictions
+        return helpful_demonstration(self.model, shown, memory.refused or refused, memory.readings[-1])
 
     @property
     def cautious(self) -> dict[str, list[str]]:
