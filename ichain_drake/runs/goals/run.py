@@ -182,6 +182,7 @@ def describe(plan: Plan) -> list[dict[str, Any]]:
             "drives": None if step.until is None else f"{step.until[0]}.{step.until[1]}",
             "predicted": {n: [float(x) for x in s] for n, s in step.predicted.items()},
             "ticks": int(step.ticks),
+            "probability": float(step.probability),
         }
         for step in plan.steps
     ]

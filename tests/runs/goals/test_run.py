@@ -229,7 +229,7 @@ def test_a_plan_is_told_in_plain_numbers() -> None:
     first, second = describe(Plan((carry, drive), 12))
     assert first == {
         "chain": ["hand->dimmer"], "wanted": {"dimmer.x": 0.4}, "drives": None,
-        "predicted": {"dimmer": [0.4]}, "ticks": 6,
+        "predicted": {"dimmer": [0.4]}, "ticks": 6, "probability": 1.0,
     }  # fmt: skip
     assert (second["chain"], second["drives"]) == (["hand->dimmer", "dimmer->lamp"], "lamp.light")
     run = lit()
