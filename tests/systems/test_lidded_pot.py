@@ -212,6 +212,16 @@ def test_a_lid_that_only_a_hand_keeps_open_is_said_to_be(goal: str) -> None:
     assert "holds only while something is kept hold of" in found.reason
 
 
+def test_to_keep_hold_of_the_lid_may_be_wanted() -> None:
+    run = GraphRun(scenario(), ("left_hand->lid", "lid.y >= 0.1"), number=1)
+    run_graph(run, known=model())
+    assert run.goal_reached, run.reason
+    assert isinstance(run.plan, Plan)
+    assert not run.plan.steps[-1].release
+    assert run.log is not None
+    assert run.log.states[LID][-1, 0] >= 0.1
+
+
 def test_one_hand_alone_is_refused_with_the_reason(tmp_path: Path) -> None:
     ic.save(model(), tmp_path, "lidded_pot")
     single = LiddedPot(("hands=[right_hand]",), "ideal", seed=70_000)

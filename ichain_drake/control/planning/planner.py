@@ -116,10 +116,10 @@ class GraphPlanner:
     def _not_in_hand(self, goal: Goal) -> NoPlan | None:
         """Refuse a goal in which the robot touches something that it can't hold, or holds two things."""
         mine = [e for e in goal.active if self.model.graph.by_robot(e)]
-        carries = [c.edge for _, options in self._views.values() for c in options.carries]
+        holds = {e for _, options in self._views.values() for e in options.holds}
         for k, edge in enumerate(mine):
             several = any(e.parent == edge.parent for e in mine[:k])
-            if several or edge not in carries:
+            if several or edge not in holds:
                 one = "it holds one object at a time"
                 why = one if several else f"it can't carry {edge.child}; ask for what it is to do"
                 condition = Condition(edge.child, self.options.names[edge.child][0], -math.inf, math.inf)
