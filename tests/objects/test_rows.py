@@ -87,7 +87,7 @@ def test_powers_are_those_of_numbers_where_a_step_takes_numbers() -> None:
 def test_what_is_no_state_is_noticed_at_any_time() -> None:
     rows, states = rows_of(Endless, 2), np.array([[0.0, 1.0], [0.0, 2.0]])
     with pytest.raises(NotTogetherError, match="no states of many rows"):
-        rows.step(states, {"knob": np.zeros((2, 1))}, np.ones((2, 1)), FRAMES_PER_TICK)
+        rows.step(states, {"knob": np.zeros((2, 1))}, np.ones((2, 1)), FRAMES_PER_TICK, np.zeros(2, dtype=bool))
 
 
 def test_objects_that_need_a_plant_or_a_past_are_refused() -> None:
