@@ -15,8 +15,6 @@ from ichain_drake.graph import Interaction, InteractionGraph
 from ichain_drake.learning.model import InteractionModel
 from ichain_drake.learning.settings import LEARNING
 
-_MOST = 2  # variables that are named
-
 
 @dataclass(frozen=True)
 class Advice:
@@ -98,7 +96,7 @@ def _farthest(
         return 0.0, Advice(edge, shown.pieces[0], {})
     shares = np.abs(np.array(away))
     row = int(np.argmin(shares.max(axis=0)))
-    order = np.argsort(-shares[:, row], kind="stable")[:_MOST]
+    order = np.argsort(-shares[:, row], kind="stable")
     odd = [names[k] for k in order.tolist() if shares[k, row] > LEARNING.near]
     region = {(n, v): float(states[n][model.graph.objects[n].observable.index(v)]) for n, v in odd}
     return float(shares[:, row].max()), Advice(edge, shown.pieces[row], region)
