@@ -61,7 +61,7 @@ def run_jobs(
         jobs: what to run; their order is that of the result, whoever is done first.
         backend: who works, from `opened`; by default this process.
         rows: what is known, and where it is kept.
-        say: is told after each job, with what is left and the fraction done.
+        say: is told as trials are done, with what is left and the fraction done.
         label: words for that, from the id of its last finding, and how many trials are done of how many.
         timeout: of each trial [s].
 
@@ -278,7 +278,7 @@ class _Progress:
             self.tell(f"{self._before} of {total} were done before")
 
     def done(self, found: Iterable[str]) -> None:
-        """A job is finished, with findings of these ids."""
+        """These trials are finished, some of a job or all."""
         *_, last = names = list(found)
         self._done += len(names)
         done, total = self._done, self._total

@@ -6,7 +6,7 @@ import itertools
 import time
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -28,6 +28,7 @@ from ichain_drake.scenarios.graph_scenario import record_seeds
 
 Row = dict[str, Any]
 JobT = TypeVar("JobT", bound=Job)
+ApartT = TypeVar("ApartT", bound=Job)
 
 
 TOGETHER = 16
@@ -84,33 +85,6 @@ class SharedTrial:
 
 
 @dataclass(frozen=True)
-class SharedTrials:
-    """Runs of one line and model, in `ideal` physics calculated together; rows are equal to those of each alone.
-
-    Attributes:
-        apart: the runs.
-    """
-
-    apart: tuple[SharedTrial, ...]
-
-    @property
-    def ids(self) -> tuple[str, ...]:
-        """One name a run."""
-        return tuple(name for one in self.apart for name in one.ids)
-
-    def run(self, ids: Collection[str]) -> Iterator[tuple[str, Row]]:
-        """The rows."""
-        wanted = [one for one in self.apart if one.ids[0] in ids]
-        rows = timed_trials([one.trial for one in wanted], [one.model for one in wanted])
-        for one, (row, _) in zip(wanted, rows, strict=True):
-            yield one.ids[0], row
-
-    def failed(self, name: str, reason: str) -> Row:
-        """As the run's that has the name."""
-        return next(one for one in self.apart if name in one.ids).failed(name, reason)
-
-
-@dataclass(frozen=True)
 class FreshSeed:
     """One run of each line with demonstrations of its own seed, as `ichain run --seed` has them; a finding is a row.
 
@@ -160,27 +134,42 @@ class FreshSeed:
 
 
 @dataclass(frozen=True)
-class FreshSeeds:
-    """Seeds of the same lines, in `ideal` physics recorded and run together; rows are equal to those of each alone.
+class _Joined(Generic[ApartT]):
+    """Jobs of the same lines, in `ideal` physics calculated together; rows are equal to those of each alone.
 
     Attributes:
-        apart: the seeds.
+        apart: the jobs.
     """
 
-    apart: tuple[FreshSeed, ...]
+    apart: tuple[ApartT, ...]
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """Line after line, of each all seeds."""
-        return tuple(name for line in zip(*(seed.ids for seed in self.apart), strict=True) for name in line)
+        """Line after line, of each all jobs."""
+        return tuple(name for line in zip(*(job.ids for job in self.apart), strict=True) for name in line)
+
+    def failed(self, name: str, reason: str) -> Row:
+        """As the job's that has the name."""
+        return next(job for job in self.apart if name in job.ids).failed(name, reason)
+
+
+class FreshSeeds(_Joined[FreshSeed]):
+    """Seeds that are recorded and run together."""
 
     def run(self, ids: Collection[str]) -> Iterator[tuple[str, Row]]:
         """As each seed's; what they do together counts as the same part of everyone's seconds."""
         return _found(self.apart, ids)
 
-    def failed(self, name: str, reason: str) -> Row:
-        """As the seed's that has the name."""
-        return next(seed for seed in self.apart if name in seed.ids).failed(name, reason)
+
+class SharedTrials(_Joined[SharedTrial]):
+    """Runs of one model that are calculated together."""
+
+    def run(self, ids: Collection[str]) -> Iterator[tuple[str, Row]]:
+        """The rows."""
+        wanted = [one for one in self.apart if one.ids[0] in ids]
+        rows = timed_trials([one.trial for one in wanted], [one.model for one in wanted])
+        for one, (row, _) in zip(wanted, rows, strict=True):
+            yield one.ids[0], row
 
 
 def join(jobs: Iterable[JobT], workers: Workers) -> list[JobT | FreshSeeds | SharedTrials]:
