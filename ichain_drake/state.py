@@ -213,9 +213,8 @@ class StateSpace:
     def clip(self, state: ArrayLike) -> FloatArray:
         """Clip to the bounds; angles are left alone. Shape (..., n_variables) in and out."""
         value = np.asarray(state, dtype=float)
-        clipped = np.minimum(
-            np.maximum(value, self.lower), self.upper
-        )  # `np.clip` of so few numbers takes thrice as long
+        # `np.clip` of so few numbers takes more than twice as long.
+        clipped = np.minimum(np.maximum(value, self.lower), self.upper)
         return np.where(self.angle_mask, value, clipped) if self._turns else clipped
 
     def check(self, state: ArrayLike, where: str) -> FloatArray:

@@ -139,7 +139,8 @@ class GraphPlanner:
         """One object's conditions after the other, nearest first, without spoiling what holds; else all at once."""
         first = SearchNode({n: v.copy() for n, v in start.items()}, (), 0, ())
         node, waiting = first, self._open_objects(start, goal)
-        several, every = len(waiting) > 1, set(self.model.graph.objects)
+        every = set(self.model.graph.objects)
+        whole = len(waiting) > 1  # whether a refusal needs a search over all there is
         while waiting:
             failed: NoPlan | None = None
             for obj in waiting:
@@ -151,11 +152,11 @@ class GraphPlanner:
                     break
                 failed = failed or found
                 if effort.barred or self._relevant(obj) != every:
-                    several = True  # what the object itself acts on may be what takes from it
+                    whole = True  # what the object itself acts on may be what takes from it
                 elif found.condition.object == obj and node is first and not _touches(found):
                     return found  # nothing that there is ever brought it there
             if failed is not None:
-                return self._search(start, goal, None, effort) if several else failed
+                return self._search(start, goal, None, effort) if whole else failed
             waiting = self._open_objects(node.states, goal)
         if node is first:  # only interactions may be left to deactivate
             return self._search(start, goal, None, effort)
